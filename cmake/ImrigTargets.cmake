@@ -1,0 +1,70 @@
+# imrig_library(NAME [SOURCES ...] [LINK ...])        a room's library
+# imrig_program(NAME SOURCES ... [LINK ...])          a process or tool
+# imrig_test(NAME SOURCES ... [LINK ...] [LABELS ...] [TIMEOUT s] [SERIAL])   a GoogleTest program; each TEST is a ctest case
+# imrig_fuzz(NAME SOURCES ... [LINK ...])             LLVMFuzzerTestOneInput with a deterministic driver, run by ctest
+set(IMRIG_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -Wconversion -Wsign-conversion
+    -Wdouble-promotion -Wformat=2 -Wimplicit-fallthrough -Werror)
+set(IMRIG_C_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wstrict-prototypes -Wmissing-prototypes -Werror)
+
+add_library(imrig_options INTERFACE)
+target_compile_options(imrig_options INTERFACE
+  "$<$<COMPILE_LANGUAGE:CXX>:${IMRIG_WARNINGS}>" "$<$<COMPILE_LANGUAGE:C>:${IMRIG_C_WARNINGS}>")
+# Bit-identical results: no contraction, no reassociation, whatever the compiler's default for the target is.
+target_compile_options(imrig_options INTERFACE -ffp-contract=off)
+target_include_directories(imrig_options INTERFACE "${CMAKE_SOURCE_DIR}" "${CMAKE_BINARY_DIR}/generated")
+
+set(IMRIG_SANITIZE "" CACHE STRING "sanitizers, as in -fsanitize=")
+if(IMRIG_SANITIZE)
+  target_compile_options(imrig_options INTERFACE -fsanitize=${IMRIG_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(imrig_options INTERFACE -fsanitize=${IMRIG_SANITIZE})
+endif()
+
+function(imrig_library name)
+  cmake_parse_arguments(A "" "" "SOURCES;LINK" ${ARGN})
+  if(A_SOURCES)
+    add_library(${name} STATIC ${A_SOURCES})
+    target_link_libraries(${name} PUBLIC imrig_options ${A_LINK})
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE imrig_options ${A_LINK})
+  endif()
+endfunction()
+
+function(imrig_program name)
+  cmake_parse_arguments(A "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${A_SOURCES})
+  target_link_libraries(${name} PRIVATE imrig_options ${A_LINK})
+endfunction()
+
+function(imrig_test name)
+  cmake_parse_arguments(A "SERIAL" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  if(NOT BUILD_TESTING)
+    return()
+  endif()
+  add_executable(${name} ${A_SOURCES})
+  target_link_libraries(${name} PRIVATE imrig_options ${A_LINK} GTest::gtest_main GTest::gmock)
+  target_compile_definitions(${name} PRIVATE IMRIG_SOURCE_DIR="${CMAKE_SOURCE_DIR}" IMRIG_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  if(NOT A_TIMEOUT)
+    set(A_TIMEOUT 120)
+  endif()
+  set(serial "")
+  if(A_SERIAL)
+    set(serial RUN_SERIAL TRUE)
+  endif()
+  set(labels "")
+  if(A_LABELS)
+    set(labels LABELS "${A_LABELS}")
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${A_TIMEOUT} ${serial} ${labels})
+endfunction()
+
+function(imrig_fuzz name)
+  cmake_parse_arguments(A "" "" "SOURCES;LINK" ${ARGN})
+  if(NOT BUILD_TESTING)
+    return()
+  endif()
+  add_executable(${name} ${A_SOURCES} "${CMAKE_SOURCE_DIR}/tests/fuzz/driver.cc")
+  target_link_libraries(${name} PRIVATE imrig_options ${A_LINK})
+  add_test(NAME ${name} COMMAND ${name} 20000)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 120 LABELS fuzz)
+endfunction()
