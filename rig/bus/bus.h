@@ -12,11 +12,10 @@
 #include <vector>
 
 #include "rig/base/rig_config.h"
+#include "rig/bus/bytes.h"
 #include "rig/bus/guarded_decode.h"
 
 namespace imrig {
-
-using Bytes = std::span<const std::uint8_t>;
 
 class Bus {
  public:
