@@ -10,6 +10,7 @@ find_package(fmt 9 REQUIRED)
 find_package(spdlog REQUIRED)
 pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus)
 pkg_check_modules(NLOPT REQUIRED IMPORTED_TARGET nlopt_cxx)
+pkg_check_modules(MATIO REQUIRED IMPORTED_TARGET matio)
 
 # lcm.pc asks for glib's development files, which programs that only use LCM's own headers do not need.
 find_library(LCM_LIBRARY lcm REQUIRED)
