@@ -20,7 +20,8 @@ void current_of(const samples_t& samples, BlockExtremes& out) {
     const int a = samples.i_a[k], b = samples.i_b[k], c = samples.i_c[k];
     const int largest = std::max({std::abs(a), std::abs(b), std::abs(c)});
     if (samples.full_scale_counts > 0 && largest >= samples.full_scale_counts) out.current_clipped = true;
-    const double current_A = std::abs(space_vector(a, b, c)) * double{samples.current_A_per_count};
+    const double current_A =
+        std::abs(space_vector(a, b, c)) * static_cast<double>(samples.current_A_per_count);
     if (current_A < out.current_A) continue;
     out.current_A = current_A;
     out.current_index = samples.first_index + static_cast<std::int64_t>(k);
@@ -40,7 +41,7 @@ BlockExtremes LimitMonitor::check(const samples_t& samples) {
   BlockExtremes out;
   current_of(samples, out);
   speed_of(samples, out);
-  out.stator_C = double{samples.stator_C};
+  out.stator_C = static_cast<double>(samples.stator_C);
   const bool hot = out.stator_C > limits_.stator_C || thermocouple_gone(samples);
   if (!(out.current_A <= limits_.current_A) || out.current_clipped) {
     out.trip = Trip::kOverCurrent;
@@ -59,8 +60,8 @@ void LimitMonitor::speed_of(const samples_t& samples, BlockExtremes& out) {
     const std::int64_t elapsed_ns = (index - anchor_index_) * samples.sample_time_ns;
     if (anchored_ && elapsed_ns < kSpeedWindow_ns && elapsed_ns >= 0) continue;
     if (anchored_ && elapsed_ns > 0) {
-      const double turns =
-          double{counts_between(anchor_encoder_, samples.encoder[k])} / samples.encoder_counts_per_rev;
+      const double turns = static_cast<double>(counts_between(anchor_encoder_, samples.encoder[k])) /
+                           samples.encoder_counts_per_rev;
       speed_rpm_ = turns / (static_cast<double>(elapsed_ns) * 1e-9) * 60.0;
       if (!measured || std::abs(speed_rpm_) > std::abs(out.speed_rpm)) out.speed_rpm = speed_rpm_;
       measured = true;
