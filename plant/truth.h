@@ -1,0 +1,25 @@
+#pragma once
+// What an ideal identification would find of a plant: its parameters in the inverse-gamma circuit and in the T circuit it is built in, mechanics,
+// friction, generator, and the errors of the sensors that this seed drew.
+
+#include <string>
+
+namespace imrig::plant {
+
+struct PlantConfig;
+
+// Inverse-gamma circuit, per phase of the equivalent star.
+struct InverseGamma {
+  double R_s_ohm, R_r_ohm, L_l_H, L_m_H;
+};
+
+InverseGamma inverse_gamma_truth(const PlantConfig& config);
+
+// {"version":1,"circuit":"inverse-gamma","pole_pairs":2,"parameters":{"R_s":{"value":0.39,"unit":"ohm"},"R_r":..,"L_l":..,"L_m":..},
+//  "t_circuit":{..},"mechanics":{..},"effects":{"NAME":{..}},"generator":{..},"sensors":{"current_gain":[..],"voltage_gain":[..],
+//  "current_offset_counts":[..],"voltage_offset_counts":[..],..}}; fields may be added.
+std::string truth_json(const PlantConfig& config);
+// The same for people, one quantity a line.
+std::string truth_text(const PlantConfig& config);
+
+}  // namespace imrig::plant
