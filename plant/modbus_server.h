@@ -1,11 +1,13 @@
 #pragma once
-// The excitation supply's Modbus face: a bench supply of the Riden RD6006 kind, served by libmodbus over TCP or a serial line, in its own
-// thread. Holding registers (function 3 reads, 6 and 16 write; anything else is an illegal function):
-//   0 identity, 3 firmware, 8 V set (x 0.01 V), 9 I set (x 0.001 A), 10 V out, 11 I out, 12-13 power (32 bits, x 0.01 W, high word first),
-//   15 lock, 16 protection (1 OVP, 2 OCP), 17 CV/CC (1 CC), 18 output on, 82/83 OVP/OCP levels (x 0.01 V, x 0.001 A).
-// A write outside a register's range gets exception 3, a write to a register that cannot be written exception 2, and then nothing of it is
-// taken. Every value has the resolution of its register. When protection trips the output goes off; the cause stays in register 16
-// until the output is switched on again.
+// The excitation supply's Modbus face: a bench supply of the Riden RD6006 kind, served by libmodbus over TCP
+// or a serial line, in its own thread. Holding registers (function 3 reads, 6 and 16 write; anything else is
+// an illegal function):
+//   0 identity, 3 firmware, 8 V set (x 0.01 V), 9 I set (x 0.001 A), 10 V out, 11 I out, 12-13 power (32
+//   bits, x 0.01 W, high word first), 15 lock, 16 protection (1 OVP, 2 OCP), 17 CV/CC (1 CC), 18 output on,
+//   82/83 OVP/OCP levels (x 0.01 V, x 0.001 A).
+// A write outside a register's range gets exception 3, a write to a register that cannot be written exception
+// 2, and then nothing of it is taken. Every value has the resolution of its register. When protection trips
+// the output goes off; the cause stays in register 16 until the output is switched on again.
 
 #include <cstdint>
 #include <memory>
@@ -26,8 +28,8 @@ struct RidenRatings {
 
 class ModbusServer {
  public:
-  // url: "tcp://127.0.0.1:PORT" (0: any free port) or "rtu:///dev/pts/N?baud=115200&unit=1". Serves when the constructor returns.
-  // Throws Error: malformed URL, port in use, missing or unusable device file.
+  // url: "tcp://127.0.0.1:PORT" (0: any free port) or "rtu:///dev/pts/N?baud=115200&unit=1". Serves when the
+  // constructor returns. Throws Error: malformed URL, port in use, missing or unusable device file.
   ModbusServer(const std::string& url, const RidenRatings& ratings = {});
   ~ModbusServer();
   ModbusServer(const ModbusServer&) = delete;
