@@ -84,18 +84,20 @@ void RidenRegisters::set_readback(const ExcitationReadback& readback) {
   words_[kPowerHigh] = static_cast<std::uint16_t>(watts >> 16);
   words_[kPowerLow] = static_cast<std::uint16_t>(watts & 0xFFFF);
   words_[kConstantCurrent] = readback.constant_current ? 1 : 0;
-  if (readback.protection != 0 && readback.protection != protection_) {
-    words_[kProtection] = static_cast<std::uint16_t>(std::clamp(readback.protection, 0, 2));
+  const bool tripped = readback.tripped_ovp || readback.tripped_ocp;
+  if (tripped && !tripped_) {
+    words_[kProtection] = readback.tripped_ovp ? 1 : 2;
     words_[kOutputOn] = 0;
   }
-  protection_ = readback.protection;
+  tripped_ = tripped;
 }
 
 ExcitationCommand RidenRegisters::command() const {
   ExcitationCommand command;
   command.set_V = words_[kSetV] / kPerV;
   command.set_A = words_[kSetA] / kPerA;
-  command.output_on = words_[kOutputOn] == 1;
+  // The output rearms by being off: a client that is quicker than that waits for it.
+  command.output_on = words_[kOutputOn] == 1 && !tripped_;
   command.ovp_V = words_[kOvp] / kPerV;
   command.ocp_A = words_[kOcp] / kPerA;
   return command;

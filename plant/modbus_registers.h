@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "plant/excitation.h"
+#include "plant/plant.h"
 #include "plant/modbus_request.h"
 #include "plant/modbus_server.h"
 
@@ -30,7 +30,7 @@ class RidenRegisters {
   std::array<std::uint16_t, kCount> words_{};
   std::array<std::uint16_t, kCount> high_{};  // largest value that may be written
   std::array<bool, kCount> writable_{};
-  int protection_ = 0;  // of the last read-back: only a new one switches off
+  bool tripped_ = false;  // as last read back: only a new trip switches off
 };
 
 }  // namespace imrig::plant

@@ -13,7 +13,7 @@
 #include <memory>
 #include <string>
 
-#include "plant/excitation.h"
+#include "plant/plant.h"
 
 namespace imrig::plant {
 
