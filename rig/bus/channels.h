@@ -16,6 +16,7 @@ inline constexpr char kCampaignStatus[] = "CAMPAIGN_STATUS";  // campaign_status
 inline constexpr char kDataset[] = "DATASET";                 // dataset_t, campaign and import
 inline constexpr char kSeries[] = "SERIES";                   // series_t, import
 inline constexpr char kPoints[] = "POINTS";                   // points_t, import
+inline constexpr char kRemark[] = "REMARK";                   // remark_t, import
 inline constexpr char kLeaseCmd[] = "LEASE_CMD";              // lease_cmd_t
 inline constexpr char kBridgeCmd[] = "BRIDGE_CMD";            // bridge_cmd_t
 inline constexpr char kDynoCmd[] = "DYNO_CMD";                // dyno_cmd_t
