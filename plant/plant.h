@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "plant/excitation.h"
+
 namespace imrig::plant {
 
 struct PlantConfig;
@@ -37,29 +39,10 @@ struct SensorScale {
   int encoder_counts_per_rev;
 };
 
-// Set-points of the excitation supply. A protection limit that the output passes switches it off until output_on is withdrawn.
-struct ExcitationCommand {
-  double set_V = 0.0;
-  double set_A = 0.0;
-  bool output_on = false;
-  double ovp_V = 1e9;
-  double ocp_A = 1e9;
-};
-
-// What the supply's own meters show.
-struct ExcitationReadback {
-  double V = 0.0;
-  double A = 0.0;
-  bool constant_current = false;
-  bool output_on = false;  // false also after a trip
-  bool tripped_ovp = false;
-  bool tripped_ocp = false;
-};
-
 // The true state at the end of the last step, for tests and reports; no sensor sees it. Stator frame, amplitude-invariant vectors, T circuit.
 struct Observed {
   std::int64_t index = 0;          // steps made
-  std::complex<double> v_s;        // V, at the motor's terminals, mean over the step
+  std::complex<double> v_s;        // V, at the motor's terminals, as held over the step (gates off: at its end)
   std::complex<double> i_s, i_r;   // A, into the winding
   std::complex<double> psi_s, psi_r;  // Wb
   double torque_Nm = 0.0;          // air-gap torque of the motor
@@ -85,7 +68,8 @@ class Plant {
   // not finite opens the gates for the step.
   RawSample step(const InverterCommand& command);
 
-  // Taken at the next step. Non-finite or negative set-points count as zero.
+  // Taken by the supply's next control period. Set-points that are not finite or negative count as zero; a protection level that is not
+  // positive counts as none. Tripped protection keeps the output off until output_on is withdrawn once.
   void set_excitation(const ExcitationCommand& command);
   ExcitationReadback excitation() const;
 

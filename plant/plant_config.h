@@ -48,9 +48,9 @@ struct GeneratorConfig {
 struct SupplyConfig {
   double max_V = 60.0;
   double max_A = 6.0;
-  double slew_V_per_s = 400.0;
-  double kp_V_per_A = 400.0;  // current loop
-  double ki_V_per_As = 500.0;
+  double slew_V_per_s = 1000.0;  // of the voltage set-point
+  double kp_V_per_A = 800.0;     // current loop
+  double ki_V_per_As = 16000.0;
 };
 
 struct SensorsConfig {

@@ -1,0 +1,44 @@
+#pragma once
+// The effects of one plant sorted by hook, so that the derivative visits only those that have something to say.
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "plant/effects/effect.h"
+
+namespace imrig::plant {
+
+class EffectSet {
+ public:
+  struct Slot {
+    const Effect* effect;
+    std::size_t offset;  // of its states
+  };
+
+  explicit EffectSet(const std::vector<std::shared_ptr<const Effect>>& effects) : owned_(effects) {
+    for (const auto& effect : owned_) {
+      const Slot slot{effect.get(), states_};
+      for (std::size_t k = 0; k < kHooks; ++k) {
+        if (effect->hooks() & (1u << k)) by_hook_[k].push_back(slot);
+      }
+      if (effect->hooks() & Effect::kStates) states_ += effect->states();
+    }
+  }
+
+  std::size_t states() const { return states_; }
+  const std::vector<Slot>& currents() const { return by_hook_[0]; }
+  const std::vector<Slot>& resistances() const { return by_hook_[1]; }
+  const std::vector<Slot>& applied_voltage() const { return by_hook_[2]; }
+  const std::vector<Slot>& drag() const { return by_hook_[3]; }
+  const std::vector<Slot>& with_states() const { return by_hook_[4]; }
+  const std::vector<Slot>& measured() const { return by_hook_[5]; }
+
+ private:
+  static constexpr std::size_t kHooks = 6;
+  std::vector<std::shared_ptr<const Effect>> owned_;
+  std::vector<Slot> by_hook_[kHooks];
+  std::size_t states_ = 0;
+};
+
+}  // namespace imrig::plant
