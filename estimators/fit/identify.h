@@ -1,0 +1,67 @@
+#pragma once
+// From a data set to a model: which records say what about which parameter, and what follows from all of
+// them. docs/identification.md describes the methods: dc (R_s from direct current), transient (L_m, R_r, L_l
+// by output error, per record), points (phasor circuit fitted to a table of steady points), auto (whatever
+// the records allow). Hold-out records are never fitted.
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimators/model/model.h"
+#include "rig/data/record.h"
+
+namespace imrig::est {
+
+struct Progress {
+  std::size_t done = 0;
+  std::size_t total = 0;
+  std::string record;
+};
+
+struct IdentifyOptions {
+  std::string method = "auto";   // auto | dc | transient | points
+  std::optional<Model> nominal;  // start and bounds; without it both come from the data
+  double max_relative_sigma =
+      0.01;  // a record speaks for a parameter when its own relative sigma is below this
+  double slip_rule =
+      0.0;          // > 0: also the paper's rule, R_r and L_l from slips above it and L_m below (0.02 there)
+  int threads = 2;  // the result does not depend on it
+  std::function<void(const Progress&)>
+      progress;  // called from the calling thread's workers one at a time; may be empty
+};
+
+// One record's estimate of one parameter.
+struct RecordEstimate {
+  double value = kMissing;
+  double sigma = kMissing;  // noise of this record alone
+  double per_R_s = 0.0;     // d value / d R_s, for the R_s that was given
+  std::string unit;
+  std::string left_out;  // why it was not used; empty when it was
+};
+
+struct RecordResult {
+  std::string id;
+  RecordKind kind = RecordKind::kFree;
+  bool holdout = false;
+  std::vector<std::string> used_for;  // parameters of the model that this record entered
+  std::string rejected;               // why it was used for nothing; empty otherwise
+  std::map<std::string, RecordEstimate> parameters;
+  std::vector<std::string> notes;
+  double f_Hz = kMissing, slip = kMissing, v_peak_V = kMissing, i_peak_A = kMissing;  // mean conditions
+  double nrmse = kMissing;         // residual over signal, rms
+  double chi2_per_dof = kMissing;  // against the declared noise; NaN without it
+};
+
+struct IdentifyResult {
+  Model model;
+  std::vector<RecordResult> records;  // in the data set's order
+  std::vector<std::string> notes;     // what the user should know: R_s not measured, flat directions, ...
+};
+
+// Throws Error: unknown method, no record that the method can use, nothing identified.
+IdentifyResult identify(const DataSet& data, const IdentifyOptions& options = {});
+
+}  // namespace imrig::est

@@ -1,0 +1,37 @@
+#pragma once
+// A record as the fits and the prediction see it: voltage, current and electrical speed in the frame that
+// turns steadily with the supply,
+//   x_frame(t) = x(t) exp(-j w_k t), w_k = arg(sum v[k+1] v[k]*) / h, t = 0 at the record's first sample
+//   kept.
+// Where the voltage passed a first-order filter that the current did not, the current passes the same filter
+// here (its exact discrete equivalent for a straight line in the frame), and the first samples, which
+// remember the filter's start, are marked as not to be judged: the machine is linear, so filtered voltage
+// makes filtered current (at a speed that is constant within the filter's time). Only the longest stretch
+// with the gates on is kept.
+
+#include <complex>
+#include <cstddef>
+#include <vector>
+
+#include "rig/data/record.h"
+
+namespace imrig::est {
+
+struct FrameRecord {
+  double sample_time_s = 0.0;
+  double w_k = 0.0;                     // speed of the frame, electrical rad/s, signed
+  std::size_t first = 0;                // sample of the series that is sample 0 here
+  std::size_t judged_from = 0;          // samples before it start the filter
+  std::vector<std::complex<double>> v;  // V
+  std::vector<std::complex<double>> i;  // A, after the matched filter
+  std::vector<double> w_r;              // electrical rad/s
+  double noise_gain = 1.0;              // factor of the matched filter on the sigma of white current noise
+  std::size_t size() const { return i.size(); }
+  // The factor exp(j w_k t_k) that turns a vector of sample k back to the stationary frame.
+  std::complex<double> back(std::size_t k) const;
+};
+
+// Throws Error when the series is too short, holds missing values or has lengths that do not match.
+FrameRecord to_frame(const TimeSeries& series, int pole_pairs);
+
+}  // namespace imrig::est
