@@ -1,7 +1,8 @@
 #pragma once
-// Decoding of untrusted datagrams. LCM's generated C++ decoders believe the lengths inside a message: one datagram with a valid fingerprint and
-// an array length of -1 throws std::length_error, a huge length reads past the datagram. Here every length is checked against the datagram's
-// size before the decoder sees it. Decoded is only what
+// Decoding of untrusted datagrams. LCM's generated C++ decoders believe the lengths inside a message: one
+// datagram with a valid fingerprint and an array length of -1 throws std::length_error, a huge length reads
+// past the datagram. Here every length is checked against the datagram's size before the decoder sees it.
+// Decoded is only what
 //   - has the type's fingerprint and 1 in the version field (the third field of every bus type),
 //   - has exactly the size that its lengths ask for, with every length within the limit its .lcm file states,
 //   - holds strings that end in NUL at their stated length and nowhere before.
@@ -35,7 +36,8 @@ bool head_fits(Bytes data, std::int64_t fingerprint);
 // True when the datagram's size is exactly what its length fields ask for. Types of fixed size need no walk.
 template <class Message>
 bool layout_fits(Bytes data) {
-  static_assert(std::is_trivially_copyable_v<Message>, "a type with lengths inside needs its own walk in guarded_decode.cc");
+  static_assert(std::is_trivially_copyable_v<Message>,
+                "a type with lengths inside needs its own walk in guarded_decode.cc");
   static const auto size = static_cast<std::size_t>(Message{}.getEncodedSize());
   return data.size() == size;
 }
@@ -60,7 +62,8 @@ bool layout_fits<imrig_msg::campaign_status_t>(Bytes data);
 template <class Message>
 std::optional<Message> guarded_decode(Bytes data) {
   try {
-    if (!guard::head_fits(data, Message::getHash()) || !guard::layout_fits<Message>(data)) return std::nullopt;
+    if (!guard::head_fits(data, Message::getHash()) || !guard::layout_fits<Message>(data))
+      return std::nullopt;
     const int size = static_cast<int>(data.size());
     std::optional<Message> message(std::in_place);
     if (message->decode(data.data(), 0, size) != size) return std::nullopt;

@@ -1,5 +1,6 @@
 #pragma once
-// A log played back onto a bus: commands (names that end in _CMD) are left out, pace N or as fast as a bounded rate allows.
+// A log played back onto a bus: commands (names that end in _CMD) are left out, pace N or as fast as a
+// bounded rate allows.
 
 #include <cstdint>
 #include <functional>
@@ -17,22 +18,22 @@ struct LiveProcess {
   std::int32_t process = 0;  // heartbeat_t's constants
   std::int32_t pid = 0;
   std::int32_t state = 0;
-  std::string channel;       // in full, so the prefix shows
+  std::string channel;  // in full, so the prefix shows
 };
 
 // "imrig-bridge", ... of heartbeat_t's constants.
 std::string process_name(std::int32_t process);
 
-// Listens for listen_ms of wall time, under any prefix: one entry an instance, in order of appearance. Heartbeats come every 200 ms.
-// The bus keeps the subscription: use one opened for this alone.
+// Listens for listen_ms of wall time, under any prefix: one entry an instance, in order of appearance.
+// Heartbeats come every 200 ms. The bus keeps the subscription: use one opened for this alone.
 std::vector<LiveProcess> live_heartbeats(Bus& bus, int listen_ms);
 
 bool is_command_channel(std::string_view channel);
 
 struct ReplayOptions {
-  double speed = 1.0;                 // log time over wall time; infinity: as fast as the rate allows
-  double max_rate_per_s = 20000.0;    // messages; a burst above it is stretched, at any speed
-  std::function<bool()> keep_going;   // asked often; empty: always
+  double speed = 1.0;                // log time over wall time; infinity: as fast as the rate allows
+  double max_rate_per_s = 20000.0;   // messages; a burst above it is stretched, at any speed
+  std::function<bool()> keep_going;  // asked often; empty: always
 };
 
 struct ReplayReport {
@@ -41,8 +42,10 @@ struct ReplayReport {
   bool stopped = false;
 };
 
-// Publishes the rest of the log in its order, under the channels' own full names. publish gets the channel in full.
-ReplayReport replay(EventLogReader& log, const std::function<void(const std::string& channel, Bytes data)>& publish,
+// Publishes the rest of the log in its order, under the channels' own full names. publish gets the channel in
+// full.
+ReplayReport replay(EventLogReader& log,
+                    const std::function<void(const std::string& channel, Bytes data)>& publish,
                     const ReplayOptions& options);
 
 }  // namespace imrig

@@ -1,9 +1,11 @@
 #pragma once
 // Mechanical speed from encoder counts by a local least-squares fit.
-//   w_k = (2 pi / counts_per_rev / T) * slope at k of the polynomial through counts k-h..k+h,   2h+1 samples about 10 ms
-// In the middle the window is centred and a straight line is fitted; its slope is that of a parabola too, so a constant acceleration makes no
-// error. Within h samples of an end the window keeps its length and a parabola is fitted, since a line would lag by half a window there.
-// Noise for counts rounded independently (1/sqrt(12) count): sigma_w = (2 pi / counts_per_rev / T) / sqrt(N^3), N = 2h+1 (line, centred).
+//   w_k = (2 pi / counts_per_rev / T) * slope at k of the polynomial through counts k-h..k+h,   2h+1 samples
+//   about 10 ms
+// In the middle the window is centred and a straight line is fitted; its slope is that of a parabola too, so
+// a constant acceleration makes no error. Within h samples of an end the window keeps its length and a
+// parabola is fitted, since a line would lag by half a window there. Noise for counts rounded independently
+// (1/sqrt(12) count): sigma_w = (2 pi / counts_per_rev / T) / sqrt(N^3), N = 2h+1 (line, centred).
 
 #include <cstddef>
 #include <cstdint>
@@ -14,13 +16,15 @@ namespace imrig {
 
 inline constexpr double kSpeedWindow_s = 0.010;
 
-// Counts as the DSP accumulates them, wrapping at 2^32, to a sequence without jumps that starts at the first count.
+// Counts as the DSP accumulates them, wrapping at 2^32, to a sequence without jumps that starts at the first
+// count.
 std::vector<std::int64_t> unwrap_counts(std::span<const std::int32_t> counts);
 
 // Speed in rad/s at samples first .. first+n-1 of the unwrapped counts; the samples outside serve as margin.
 // counts_per_rev > 0, sample_time_s > 0, first + n <= counts.size(). One sample alone gives NaN.
 std::vector<double> speed_from_counts(std::span<const std::int64_t> counts, std::size_t first, std::size_t n,
-                                      double sample_time_s, int counts_per_rev, double window_s = kSpeedWindow_s);
+                                      double sample_time_s, int counts_per_rev,
+                                      double window_s = kSpeedWindow_s);
 
 // One sigma of a centred sample's speed, rad/s, as above.
 double speed_noise_rad_s(double sample_time_s, int counts_per_rev, double window_s = kSpeedWindow_s);
