@@ -64,11 +64,6 @@ class BaseMachine {
   T rotor_rate_;
 };
 
-// Bound of the state matrix, 1/s: chooses the integration step.
-inline double state_rate(const MachineParameters<double>& p, double w_r, double w_k) {
-  return (p.R_s + p.R_r) / p.L_l + p.R_r / p.L_m + std::abs(w_r - w_k) + std::abs(w_k);
-}
-
 // N m, air gap.
 template <class T>
 T airgap_torque_Nm(int pole_pairs, const Cx<T>& psi_s, const Cx<T>& i_s) {
