@@ -17,7 +17,16 @@ enum class CommandResult : std::int32_t {
   kLinkAbsent = 7,    // no device, or no supply
   kBusy = 8,          // another command is being carried out
   kOverLimit = 9,     // asks for more than the configuration allows
+  kCauseRemains = 10, // RESET: what tripped the rig is still there
   kDeviceBase = 100,  // + the device's result
+  kDeviceMalformed = 101,
+  kDeviceNoProfile = 102,
+  kDeviceIncomplete = 103,
+  kDeviceBusy = 104,
+  kDeviceTripped = 105,
+  kDeviceOverLimit = 106,
+  kDeviceOvertaken = 107,
+  kDeviceNoSession = 108,
 };
 
 constexpr std::string_view result_name(CommandResult result) {
@@ -32,7 +41,16 @@ constexpr std::string_view result_name(CommandResult result) {
     case CommandResult::kLinkAbsent: return "device absent";
     case CommandResult::kBusy: return "busy";
     case CommandResult::kOverLimit: return "over a limit";
+    case CommandResult::kCauseRemains: return "the cause of the trip is still there";
     case CommandResult::kDeviceBase: return "refused by the device";
+    case CommandResult::kDeviceMalformed: return "device: malformed";
+    case CommandResult::kDeviceNoProfile: return "device: no such profile loaded";
+    case CommandResult::kDeviceIncomplete: return "device: profile incomplete";
+    case CommandResult::kDeviceBusy: return "device: busy";
+    case CommandResult::kDeviceTripped: return "device: tripped";
+    case CommandResult::kDeviceOverLimit: return "device: over a limit";
+    case CommandResult::kDeviceOvertaken: return "device: overtaken by a later order";
+    case CommandResult::kDeviceNoSession: return "device: no session";
   }
   return "refused by the device";
 }

@@ -18,6 +18,8 @@ enum class Trip : std::int32_t {
   kPeerTripped = 7,         // bridge or dyno stops because the other one did
   kPeerSilent = 8,          // no heartbeat from the other actuator's process
   kSamplesLost = 9,         // more blocks lost than the configuration allows
+  kDeviceRebooted = 10,     // the DSP started anew while it should have been driving
+  kStopTooLong = 11,        // told to ramp down, the DSP did not come to rest in time
   kDeviceBase = 100,        // + device trip
   kDeviceOverCurrent = 101,
   kDeviceOverSpeed = 102,
@@ -41,6 +43,8 @@ constexpr std::string_view trip_name(Trip trip) {
     case Trip::kPeerTripped: return "peer tripped";
     case Trip::kPeerSilent: return "peer silent";
     case Trip::kSamplesLost: return "samples lost";
+    case Trip::kDeviceRebooted: return "DSP rebooted";
+    case Trip::kStopTooLong: return "stop took too long";
     case Trip::kDeviceBase: return "device trip";
     case Trip::kDeviceOverCurrent: return "device: over-current";
     case Trip::kDeviceOverSpeed: return "device: over-speed";
