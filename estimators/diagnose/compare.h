@@ -50,7 +50,7 @@ struct Overlay {
   std::vector<std::complex<double>> measured, predicted;
 };
 
-struct RecordResult {
+struct ComparedRecord {
   std::string id;
   RecordKind kind = RecordKind::kFree;
   bool holdout = false;
@@ -72,7 +72,7 @@ struct PooledResult {
 
 struct CompareResult {
   std::string data_name;
-  std::vector<RecordResult> records;  // in the data set's order
+  std::vector<ComparedRecord> records;  // in the data set's order
   PooledResult fitted, holdout;
   std::vector<std::string> notes;
 };

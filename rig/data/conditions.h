@@ -10,8 +10,8 @@
 namespace imrig {
 
 struct Conditions {
-  double f_Hz = kMissing;       // signed: positive turns a, b, c
-  double v_V = kMissing;        // rms over the record of |v|, star-equivalent peak phase voltage
+  double f_Hz = kMissing;  // signed: positive turns a, b, c
+  double v_V = kMissing;   // rms over the record of |v|, star-equivalent peak phase voltage
   double slip = kMissing;
   double i_A = kMissing;        // rms over the record of |i|, peak
   double psi_Wb = kMissing;     // |psi_s|, peak
@@ -26,9 +26,9 @@ Conditions conditions_of(const SteadyPoint& point, int pole_pairs, double R_s_oh
 
 // Complex fundamental of a vector signal and its frequency.
 struct Fundamental {
-  double f_Hz = kMissing;     // NaN where the signal has no single frequency
-  SpaceVector amplitude;      // at the first sample
-  double share = 0.0;         // of the signal's mean square that is the fundamental, 0..1
+  double f_Hz = kMissing;  // NaN where the signal has no single frequency
+  SpaceVector amplitude;   // at the first sample
+  double share = 0.0;      // of the signal's mean square that is the fundamental, 0..1
 };
 Fundamental fundamental_of(const std::vector<SpaceVector>& x, double sample_time_s);
 

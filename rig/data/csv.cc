@@ -81,7 +81,8 @@ bool is_missing_word(std::string_view cell) {
 bool parse_cell(std::string_view raw, bool decimal_comma, double& x) {
   char buffer[64];
   std::string_view cell = trimmed(raw);
-  if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = trimmed(cell.substr(1, cell.size() - 2));
+  if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"')
+    cell = trimmed(cell.substr(1, cell.size() - 2));
   if (is_missing_word(cell)) {
     x = kMissing;
     return true;
@@ -99,7 +100,8 @@ bool parse_cell(std::string_view raw, bool decimal_comma, double& x) {
 
 class CsvParser {
  public:
-  CsvParser(std::string_view text, const std::string& name, const CsvLimits& limits) : rest_(text), limits_(limits) {
+  CsvParser(std::string_view text, const std::string& name, const CsvLimits& limits)
+      : rest_(text), limits_(limits) {
     table_.file = name;
   }
 
@@ -119,7 +121,8 @@ class CsvParser {
 
   void check_encoding() {
     if (rest_.size() > limits_.max_bytes) {
-      throw Error(table_.file, fmt::format("has {} bytes", rest_.size()), fmt::format("at most {} are read", limits_.max_bytes));
+      throw Error(table_.file, fmt::format("has {} bytes", rest_.size()),
+                  fmt::format("at most {} are read", limits_.max_bytes));
     }
     if (rest_.starts_with("\xff\xfe") || rest_.starts_with("\xfe\xff")) {
       throw Error(table_.file, "is UTF-16 text", "save it as UTF-8 or plain ASCII");
@@ -144,16 +147,19 @@ class CsvParser {
 
   void read_header() {
     std::string_view header;
-    if (!next_line(header)) throw Error(table_.file, "is empty", "a header line with the columns' names is needed");
+    if (!next_line(header))
+      throw Error(table_.file, "is empty", "a header line with the columns' names is needed");
     separator_ = separator_of(header);
     auto cells = split(header, separator_);
     if (cells.size() > 1 && trimmed(cells.back()).empty()) cells.pop_back();  // a separator at the line's end
     if (cells.size() > limits_.max_columns) {
-      fail(fmt::format("has {} columns", cells.size()), fmt::format("at most {} are read", limits_.max_columns));
+      fail(fmt::format("has {} columns", cells.size()),
+           fmt::format("at most {} are read", limits_.max_columns));
     }
     for (const auto& cell : cells) add_name(unquoted(cell));
     double number = 0.0;
-    if (std::all_of(cells.begin(), cells.end(), [&](auto cell) { return parse_cell(cell, separator_ != ',', number); })) {
+    if (std::all_of(cells.begin(), cells.end(),
+                    [&](auto cell) { return parse_cell(cell, separator_ != ',', number); })) {
       fail("the first line holds numbers", "a header line with the columns' names is needed");
     }
   }
@@ -161,7 +167,8 @@ class CsvParser {
   void add_name(const std::string& name) {
     const std::size_t column = table_.names.size() + 1;
     if (name.empty()) fail(fmt::format("column {} has no name", column), "each column needs one");
-    if (table_.find(name) >= 0) fail(fmt::format("column {} is there twice", shown(name)), "names must differ");
+    if (table_.find(name) >= 0)
+      fail(fmt::format("column {} is there twice", shown(name)), "names must differ");
     table_.names.push_back(name);
   }
 
@@ -202,7 +209,8 @@ class CsvParser {
     }
     for (std::size_t k = 0; k < count; ++k) {
       if (!parse_cell(cells[k], separator_ != ',', row_[k])) {
-        fail(fmt::format("column {} holds {}", shown(table_.names[k]), shown(cells[k])), "a finite number or nothing belongs there");
+        fail(fmt::format("column {} holds {}", shown(table_.names[k]), shown(cells[k])),
+             "a finite number or nothing belongs there");
       }
     }
     keep_row();

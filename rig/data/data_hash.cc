@@ -41,8 +41,8 @@ void add(Hash& hash, const TimeSeries& series) {
 }
 
 void add(Hash& hash, const SteadyPoint& p) {
-  for (const double x : {p.v_peak_V, p.f_Hz, p.i_peak_A, p.p_in_W, p.power_factor, p.q_var, p.speed_rad_s, p.torque_Nm, p.p_out_W,
-                         p.stator_C}) {
+  for (const double x : {p.v_peak_V, p.f_Hz, p.i_peak_A, p.p_in_W, p.power_factor, p.q_var, p.speed_rad_s,
+                         p.torque_Nm, p.p_out_W, p.stator_C}) {
     hash.number(x);
   }
 }

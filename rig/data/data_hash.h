@@ -1,5 +1,6 @@
 #pragma once
-// One number that tells data sets apart: over values, identifiers and what they mean, not over warnings, notes or the way they came.
+// One number that tells data sets apart: over values, identifiers and what they mean, not over warnings,
+// notes or the way they came.
 
 #include <cstdint>
 

@@ -1,7 +1,9 @@
 #pragma once
-// What is likely to be wrong with measured data, each as one sentence with numbers. Nothing is repaired here, nothing refused.
-//   missing values; constant and clipped channels (flat at an extreme); phases in reversed order (voltage, current and speed turn in
-//   different ways); units (mA, kV, rad/s as rpm) by values no motor of this kind has; speed that contradicts frequency and pole pairs.
+// What is likely to be wrong with measured data, each as one sentence with numbers. Nothing is repaired here,
+// nothing refused.
+//   missing values; constant and clipped channels (flat at an extreme); phases in reversed order (voltage,
+//   current and speed turn in different ways); units (mA, kV, rad/s as rpm) by values no motor of this kind
+//   has; speed that contradicts frequency and pole pairs.
 
 #include <string>
 #include <vector>

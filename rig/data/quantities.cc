@@ -23,9 +23,14 @@ SpaceVector current_to_star(Wiring wiring) {
 
 double cell_to_component(NoiseOf kind) {
   switch (kind) {
-    case NoiseOf::kThreePhases: return std::sqrt(2.0 / 3.0);
-    case NoiseOf::kRms: return std::numbers::sqrt2;
-    default: return 1.0;
+    case NoiseOf::kThreePhases:
+      return std::sqrt(2.0 / 3.0);
+    case NoiseOf::kTwoPhases:
+      return std::sqrt(4.0 / 3.0);
+    case NoiseOf::kRms:
+      return std::numbers::sqrt2;
+    default:
+      return 1.0;
   }
 }
 

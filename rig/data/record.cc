@@ -6,16 +6,17 @@
 namespace imrig {
 
 namespace {
-constexpr std::array<std::pair<RecordKind, const char*>, 10> kWords = {{{RecordKind::kDc, "dc"},
-                                                                        {RecordKind::kStandstill, "standstill"},
-                                                                        {RecordKind::kLockedSweep, "locked_sweep"},
-                                                                        {RecordKind::kNoLoad, "no_load"},
-                                                                        {RecordKind::kSteady, "steady"},
-                                                                        {RecordKind::kStep, "step"},
-                                                                        {RecordKind::kStartup, "startup"},
-                                                                        {RecordKind::kCoastDown, "coast_down"},
-                                                                        {RecordKind::kFree, "free"},
-                                                                        {RecordKind::kPoints, "points"}}};
+constexpr std::array<std::pair<RecordKind, const char*>, 10> kWords = {
+    {{RecordKind::kDc, "dc"},
+     {RecordKind::kStandstill, "standstill"},
+     {RecordKind::kLockedSweep, "locked_sweep"},
+     {RecordKind::kNoLoad, "no_load"},
+     {RecordKind::kSteady, "steady"},
+     {RecordKind::kStep, "step"},
+     {RecordKind::kStartup, "startup"},
+     {RecordKind::kCoastDown, "coast_down"},
+     {RecordKind::kFree, "free"},
+     {RecordKind::kPoints, "points"}}};
 }  // namespace
 
 std::string record_kind_word(RecordKind kind) {
