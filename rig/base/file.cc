@@ -21,15 +21,14 @@ namespace {
   throw Error(path, std::string(what) + ": " + reason);
 }
 
-void flush_folder(const std::string& path) {
-  const auto parent = std::filesystem::path(path).parent_path();
-  const int fd = ::open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}  // namespace
+
+void flush_folder(const std::string& folder) {
+  const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;
   ::fsync(fd);
   ::close(fd);
 }
-
-}  // namespace
 
 std::string read_text(const std::string& path, std::size_t max_bytes) {
   struct stat info = {};
@@ -69,7 +68,7 @@ void write_text_atomically(const std::string& path, std::string_view text) {
   }
   if (::fsync(fd) != 0 || ::close(fd) != 0) fail(path, "cannot be written", temporary);
   if (::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "cannot be written", temporary);
-  flush_folder(path);
+  flush_folder(std::filesystem::path(path).parent_path().string());
 }
 
 std::uint64_t fnv1a64(std::string_view bytes, std::uint64_t seed) {

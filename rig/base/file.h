@@ -14,6 +14,9 @@ std::string read_text(const std::string& path, std::size_t max_bytes = std::size
 // Writes beside the target, flushes to disk, renames over it: a reader sees the old file or the new one. Throws Error.
 void write_text_atomically(const std::string& path, std::string_view text);
 
+// Flushes a folder's entries to disk, so that a file just made in it is still there after a crash.
+void flush_folder(const std::string& folder);
+
 // FNV-1a over bytes, for telling configurations and data apart (no defence against an adversary).
 std::uint64_t fnv1a64(std::string_view bytes, std::uint64_t seed = 14695981039346656037ull);
 

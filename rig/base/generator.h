@@ -20,7 +20,7 @@ inline double torque_per_field_A2(const GeneratorConfig& generator, double speed
   return 1.5 * generator.pole_pairs * k * k * w * R / (R * R + X * X);
 }
 
-inline double generator_torque_Nm(const GeneratorConfig& generator, double speed_rad_s, double field_A) {
+inline double shaft_torque_Nm(const GeneratorConfig& generator, double speed_rad_s, double field_A) {
   return torque_per_field_A2(generator, speed_rad_s) * field_A * field_A;
 }
 
