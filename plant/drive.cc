@@ -1,0 +1,166 @@
+#include "plant/drive.h"
+
+#include <cmath>
+
+#include "rig/base/error.h"
+
+namespace imrig::plant {
+namespace {
+
+using Complex = std::complex<double>;
+
+// j a x without the general complex product and its test for NaN.
+Complex turned(double a, Complex x) { return {-a * x.imag(), a * x.real()}; }
+
+double dot(Complex x, Complex y) { return x.real() * y.real() + x.imag() * y.imag(); }
+
+Complex solve(double ss, double st, double ts, double tt, Complex right) {
+  const double determinant = ss * tt - st * ts;
+  return {(tt * right.real() - st * right.imag()) / determinant,
+          (ss * right.imag() - ts * right.real()) / determinant};
+}
+
+}  // namespace
+
+Drive::Drive(const PlantConfig& config)
+    : circuit_(config.machine),
+      generator_(config.generator),
+      mechanics_(config.mechanics),
+      effects_(config.effects),
+      base_{config.machine.R_s_ohm, config.machine.R_r_ohm, 0.0},
+      n_p_(config.machine.pole_pairs) {
+  if (size() > kMaxStates) throw Error("plant " + config.name, "its effects have more states than the plant can carry");
+}
+
+State Drive::initial() const {
+  State x{};
+  for (const auto& slot : effects_.with_states()) slot.effect->initial(&x[kOwn + slot.offset]);
+  return x;
+}
+
+Currents Drive::currents(const Conditions& at, const double* own) const {
+  Currents i = circuit_.currents(at.psi_s, at.psi_r);
+  for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, i);
+  return i;
+}
+
+// Currents through the bars and, where there is iron loss, through a conductance G across the rotor's flux linkage, all of which link psi_r:
+//   i_r = i_bar - G e,   e = d psi_r/dt = j w psi_r - R_r i_bar.
+void Drive::rotor_flow(Conditions& at) const {
+  const Complex motion = turned(n_p_ * at.w_mech, at.psi_r);
+  if (at.R.G_iron == 0.0) {
+    at.i_bar = at.i.r;
+    at.dpsi_r = motion - at.R.R_r * at.i.r;
+  } else {
+    at.dpsi_r = (motion - at.R.R_r * at.i.r) / (1.0 + at.R.R_r * at.R.G_iron);
+    at.i_bar = at.i.r + at.R.G_iron * at.dpsi_r;
+  }
+  at.torque_Nm = -1.5 * n_p_ * (at.psi_r.real() * at.i_bar.imag() - at.psi_r.imag() * at.i_bar.real());
+}
+
+// How the stator's current answers its fluxes: known in the linear circuit, else by central differences around the point.
+Drive::Sensitivity Drive::sensitivity(const Conditions& at, const double* own) const {
+  if (effects_.currents().empty()) {
+    const double g = 1.0 / circuit_.transient_inductance();
+    return {g, 0.0, 0.0, g, -g * circuit_.coupling() * at.dpsi_r};
+  }
+  const auto slope = [&](Complex d_psi_s, Complex d_psi_r, double unit) {
+    Conditions up = at, down = at;
+    up.psi_s += d_psi_s, down.psi_s -= d_psi_s;
+    up.psi_r += d_psi_r, down.psi_r -= d_psi_r;
+    return (currents(up, own).s - currents(down, own).s) / (2.0 * unit);
+  };
+  const double step = 1e-5;  // Wb
+  const double speed = std::abs(at.dpsi_r);
+  const Complex s = slope({step, 0.0}, 0.0, step), t = slope({0.0, step}, 0.0, step);
+  const Complex along = speed > 0.0 ? slope(0.0, at.dpsi_r * (step / speed), step / speed) : Complex(0.0);
+  return {s.real(), t.real(), s.imag(), t.imag(), along};
+}
+
+// The rate of psi_s at which the stator's current does not change.
+Complex Drive::holding_rate(const Conditions& at, const double* own) const {
+  const Sensitivity d = sensitivity(at, own);
+  return solve(d.ss, d.st, d.ts, d.tt, -d.along);
+}
+
+Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
+  switch (terminals.kind) {
+    case Terminals::Kind::kInverter: {
+      Complex v = terminals.v_s;
+      for (const auto& slot : effects_.applied_voltage()) slot.effect->applied_voltage(at, own + slot.offset, v);
+      return v;
+    }
+    case Terminals::Kind::kClamped:
+      return terminals.v_s;
+    case Terminals::Kind::kPair: {
+      // Only the rate of the current along the axis has to vanish: add to the known rate what its answer along the axis needs.
+      const Sensitivity d = sensitivity(at, own);
+      const Complex axis = terminals.axis;
+      const Complex drop = at.R.R_s * at.i.s;
+      const auto answer = [&](Complex rate) {
+        return dot(axis, {d.ss * rate.real() + d.st * rate.imag(), d.ts * rate.real() + d.tt * rate.imag()});
+      };
+      const Complex across = terminals.v_s - dot(terminals.v_s, axis) * axis;
+      const double along = -(answer(across - drop) + dot(axis, d.along)) / answer(axis);
+      return across + along * axis;
+    }
+    case Terminals::Kind::kOpen:
+      return holding_rate(at, own) + at.R.R_s * at.i.s;
+  }
+  return 0.0;
+}
+
+Drive::Flow Drive::flow(const double* x) const {
+  Flow flow;
+  Conditions& at = flow.at;
+  const double* own = x + kOwn;
+  at.psi_s = {x[kPsiS], x[kPsiS + 1]};
+  at.psi_r = {x[kPsiR], x[kPsiR + 1]};
+  at.w_mech = x[kSpeed];
+  at.angle = x[kAngle];
+  at.psi_d = x[kPsiD], at.psi_q = x[kPsiQ], at.psi_f = x[kPsiF];
+  at.i = currents(at, own);
+  at.R = base_;
+  for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
+  rotor_flow(at);
+  at.v_s = stator_voltage(at, own);
+  for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
+  flow.dpsi_s = at.v_s - at.R.R_s * at.i.s;
+  flow.generator = generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.w_mech, field_V);
+  return flow;
+}
+
+void Drive::derivatives(const double* x, double* dx) const {
+  const Flow now = flow(x);
+  dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
+  dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
+  const double torque = now.at.torque_Nm + now.generator.shaft_Nm - now.at.drag_Nm;
+  dx[kSpeed] = mechanics_.locked ? 0.0 : torque / mechanics_.J_kgm2;
+  dx[kAngle] = now.at.w_mech;
+  dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;
+  for (const auto& slot : effects_.with_states()) {
+    slot.effect->derivatives(now.at, x + kOwn + slot.offset, dx + kOwn + slot.offset);
+  }
+}
+
+Complex Drive::stator_current(const State& x) const {
+  Conditions at;
+  at.psi_s = {x[kPsiS], x[kPsiS + 1]};
+  at.psi_r = {x[kPsiR], x[kPsiR + 1]};
+  return currents(at, &x[kOwn]).s;
+}
+
+void Drive::set_stator_current(State& x, Complex i_s) const {
+  // One step is exact in the linear circuit; Newton's method needs a few where an effect bends it.
+  for (int round = 0; round < (effects_.currents().empty() ? 1 : 8); ++round) {
+    Conditions at;
+    at.psi_s = {x[kPsiS], x[kPsiS + 1]};
+    at.psi_r = {x[kPsiR], x[kPsiR + 1]};
+    const Complex error = i_s - currents(at, &x[kOwn]).s;
+    const Sensitivity d = sensitivity(at, &x[kOwn]);
+    const Complex change = solve(d.ss, d.st, d.ts, d.tt, error);
+    x[kPsiS] += change.real(), x[kPsiS + 1] += change.imag();
+  }
+}
+
+}  // namespace imrig::plant

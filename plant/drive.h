@@ -1,0 +1,82 @@
+#pragma once
+// The continuous part of the plant as one ordinary differential equation. States: stator and rotor flux linkage (stator frame, T circuit),
+// shaft speed and angle, generator fluxes, then the states of the effects.
+//   d psi_s/dt = v_s - R_s i_s
+//   d psi_r/dt = -R_r i_r + j n_p w psi_r          (with iron: see rotor_flow in drive.cc)
+//   T = -(3/2) n_p Im(conj(psi_r) i_bar),   J dw/dt = T + T_generator - T_drag,   d theta/dt = w
+// Held over a stretch: what is at the stator's terminals, and the field's voltage.
+
+#include <array>
+#include <complex>
+#include <cstddef>
+
+#include "plant/effects/effect_set.h"
+#include "plant/generator.h"
+#include "plant/plant_config.h"
+#include "plant/t_circuit.h"
+
+namespace imrig::plant {
+
+inline constexpr std::size_t kMaxStates = 64;
+using State = std::array<double, kMaxStates>;  // the first Drive::size() count
+enum StateIndex : std::size_t { kPsiS = 0, kPsiR = 2, kSpeed = 4, kAngle = 5, kPsiD = 6, kPsiQ = 7, kPsiF = 8, kOwn = 9 };
+
+// Who decides the stator's voltage.
+struct Terminals {
+  enum class Kind {
+    kInverter,  // v_s from the switched inverter
+    kClamped,   // v_s from three conducting diodes
+    kPair,      // two phases conduct: v_s gives the component across `axis`, the third phase's axis; along it the current stays as it is
+    kOpen       // nothing conducts: the current stays as it is, zero
+  };
+  Kind kind = Kind::kOpen;
+  std::complex<double> v_s = 0.0;   // V
+  std::complex<double> axis = 1.0;  // unit vector
+};
+
+class Drive {
+ public:
+  struct Flow {
+    Conditions at;
+    std::complex<double> dpsi_s;
+    Generator::Flow generator;
+  };
+
+  explicit Drive(const PlantConfig& config);
+  std::size_t size() const { return kOwn + effects_.states(); }
+  State initial() const;
+
+  Flow flow(const State& x) const { return flow(x.data()); }
+  void derivatives(const double* x, double* dx) const;  // size() each
+  std::complex<double> stator_current(const State& x) const;
+  // Moves psi_s, at the same rotor flux, to where the stator's current is i_s.
+  void set_stator_current(State& x, std::complex<double> i_s) const;
+  const double* own(const State& x, const EffectSet::Slot& slot) const { return &x[kOwn + slot.offset]; }
+
+  const EffectSet& effects() const { return effects_; }
+  const MechanicsConfig& mechanics() const { return mechanics_; }
+
+  Terminals terminals;
+  double field_V = 0.0;
+
+ private:
+  struct Sensitivity {  // d i_s = Jacobian d psi_s + along d psi_r, real components
+    double ss, st, ts, tt;
+    std::complex<double> along;
+  };
+  Flow flow(const double* x) const;
+  Currents currents(const Conditions& at, const double* own) const;
+  void rotor_flow(Conditions& at) const;
+  std::complex<double> stator_voltage(const Conditions& at, const double* own) const;
+  std::complex<double> holding_rate(const Conditions& at, const double* own) const;
+  Sensitivity sensitivity(const Conditions& at, const double* own) const;
+
+  TCircuit circuit_;
+  Generator generator_;
+  MechanicsConfig mechanics_;
+  EffectSet effects_;
+  Resistances base_;
+  double n_p_;
+};
+
+}  // namespace imrig::plant

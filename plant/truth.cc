@@ -1,0 +1,109 @@
+#include "plant/truth.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "plant/effects/effect.h"
+#include "plant/plant_config.h"
+#include "plant/sensors.h"
+
+namespace imrig::plant {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json quantity(double value, const char* unit) { return {{"value", value}, {"unit", unit}}; }
+
+Json generator_json(const GeneratorConfig& g) {
+  return {{"coupled", g.coupled},
+          {"pole_pairs", g.pole_pairs},
+          {"flux_per_field", quantity(g.flux_per_field_A_Wb, "Wb/A")},
+          {"L_s", quantity(g.L_s_H, "H")},
+          {"R_a", quantity(g.R_a_ohm, "ohm")},
+          {"R_load", quantity(g.R_load_ohm, "ohm")},
+          {"R_field", quantity(g.R_field_ohm, "ohm")},
+          {"L_field", quantity(g.L_field_H, "H")}};
+}
+
+Json sensors_json(const PlantConfig& config) {
+  const SensorErrors errors = draw_sensor_errors(config.sensors, config.seed);
+  const bool ideal = config.sensors.ideal;
+  Json gain_i = Json::array(), gain_v = Json::array();
+  for (std::size_t k = 0; k < 3; ++k) {
+    gain_i.push_back(1.0 + errors.current_gain[k]);
+    gain_v.push_back(1.0 + errors.voltage_gain[k]);
+  }
+  return {{"seed", config.seed},
+          {"ideal", ideal},
+          {"current_gain", gain_i},
+          {"voltage_gain", gain_v},
+          {"current_offset_counts", errors.current_offset_counts},
+          {"voltage_offset_counts", errors.voltage_offset_counts},
+          {"current_noise", quantity(ideal ? 0.0 : config.sensors.current_noise_A, "A")},
+          {"voltage_noise", quantity(ideal ? 0.0 : config.sensors.voltage_noise_V, "V")},
+          {"voltage_filter", quantity(config.sensors.voltage_filter_s, "s")},
+          {"adc_bits", ideal ? 16 : config.sensors.adc_bits},
+          {"encoder_counts_per_rev", config.sensors.encoder_counts_per_rev}};
+}
+
+Json effects_json(const PlantConfig& config) {
+  Json effects = Json::object();
+  for (const auto& effect : config.effects) {
+    Json& parameters = effects[effect->name()] = Json::object();
+    for (const auto& p : effect->parameters()) parameters[p.name] = quantity(p.value, p.unit.c_str());
+  }
+  return effects;
+}
+
+Json truth(const PlantConfig& config) {
+  const MachineConfig& m = config.machine;
+  const InverseGamma g = inverse_gamma_truth(config);
+  return {{"version", 1},
+          {"plant", config.name},
+          {"circuit", "inverse-gamma"},
+          {"pole_pairs", m.pole_pairs},
+          {"parameters",
+           {{"R_s", quantity(g.R_s_ohm, "ohm")},
+            {"R_r", quantity(g.R_r_ohm, "ohm")},
+            {"L_l", quantity(g.L_l_H, "H")},
+            {"L_m", quantity(g.L_m_H, "H")}}},
+          {"t_circuit",
+           {{"R_s", quantity(m.R_s_ohm, "ohm")},
+            {"R_r", quantity(m.R_r_ohm, "ohm")},
+            {"L_s", quantity(m.L_s_H, "H")},
+            {"L_r", quantity(m.L_r_H, "H")},
+            {"L_m", quantity(m.L_m_H, "H")}}},
+          {"mechanics", {{"J", quantity(config.mechanics.J_kgm2, "kg m^2")}}},
+          {"effects", effects_json(config)},
+          {"generator", generator_json(config.generator)},
+          {"sensors", sensors_json(config)}};
+}
+
+void list(const Json& node, const std::string& path, std::string& out) {
+  if (node.is_object() && node.contains("value")) {
+    out += fmt::format("{:<36} {:.6g} {}\n", path, node["value"].get<double>(), node["unit"].get<std::string>());
+  } else if (node.is_object()) {
+    for (const auto& [key, value] : node.items()) list(value, path.empty() ? key : path + "." + key, out);
+  } else {
+    out += fmt::format("{:<36} {}\n", path, node.is_string() ? node.get<std::string>() : node.dump());
+  }
+}
+
+}  // namespace
+
+InverseGamma inverse_gamma_truth(const PlantConfig& config) {
+  const MachineConfig& m = config.machine;
+  const double k = m.L_m_H / m.L_r_H;
+  return {m.R_s_ohm, m.R_r_ohm * k * k, m.L_s_H - m.L_m_H * k, m.L_m_H * k};
+}
+
+std::string truth_json(const PlantConfig& config) { return truth(config).dump(2) + "\n"; }
+
+std::string truth_text(const PlantConfig& config) {
+  std::string out;
+  list(truth(config), "", out);
+  return out;
+}
+
+}  // namespace imrig::plant
