@@ -35,6 +35,7 @@ struct JournalState {
   int next_part = 0;
   int highest_number = 0;        // highest record number ever begun
   std::int64_t whole_bytes = 0;  // length up to and including the last whole line
+  bool began = false;            // its start line is whole; if not, nothing was ever done: remove the file and begin anew
   bool torn = false;             // an unfinished last line was found and is to be cut off
 };
 
@@ -42,7 +43,7 @@ std::string journal_path(const std::string& folder);
 std::string log_part_path(const std::string& folder, int part);
 bool has_journal(const std::string& folder);
 
-// Throws Error: unreadable, no start line, or a bad line that is not the last.
+// Throws Error: unreadable, or a bad line that is not the last.
 JournalState read_journal(const std::string& folder);
 // Throws Error in one sentence when a plan, rig or plant has changed since the campaign began.
 void require_same(const JournalIdentity& then, const JournalIdentity& now, const std::string& folder);

@@ -2,7 +2,6 @@
 // A campaign plan: strict TOML, version 1, docs/campaigns.md lists every key. Reading it expands grids, repeats and holdouts into a plain
 // list of points; one point is one record. What a point can carry is not known here: a load may be a share of the most (feasibility.h).
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -29,6 +28,8 @@ struct Tones {
   double offset_A = 0.0;
   std::vector<double> amplitude_A;  // same length as frequency_Hz, at most 8
   std::vector<double> frequency_Hz;
+  double kp_V_per_A = 1.6;
+  double ki_V_per_As = 116.0;
 };
 
 struct PlanPoint {

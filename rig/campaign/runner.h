@@ -79,8 +79,8 @@ class Runner {
   void on(const imrig_msg::estimate_t& message, Moment now);
   void on(const imrig_msg::lease_t& message, Moment now);
   void on(const imrig_msg::ack_t& message, Moment now);
-  // The journal has the finished point on disk; the runner does not start the next record before.
-  void request_stop(const std::string& why);
+  void request_stop(const std::string& why);      // stop safely
+  void fail(const std::string& why, Moment now);  // likewise, because something broke
 
   // Call after every batch of messages and at least every 20 ms. What it returns is to be published, or written, in this order.
   std::vector<RunnerOutput> step(Moment now);
