@@ -1,6 +1,6 @@
 #pragma once
-// Finds frames in a byte stream: COBS up to a 0x00, CRC-32 over what it held (rig/link/device/frame.h). Bounded: whatever is longer
-// than the longest frame is dropped and counted.
+// Finds frames in a byte stream: COBS up to a 0x00, CRC-32 over what it held (rig/link/device/frame.h).
+// Bounded: whatever is longer than the longest frame is dropped and counted.
 
 #include <cstdint>
 #include <functional>
@@ -18,6 +18,8 @@ class FrameReader {
   std::int64_t bad_frames() const { return bad_frames_; }
 
  private:
+  void end_frame(const Handler& handler);
+
   std::vector<std::uint8_t> frame_;
   bool overlong_ = false;
   std::int64_t bad_frames_ = 0;

@@ -1,11 +1,14 @@
 #pragma once
-// The host's side of the DSP link as a core: bytes in -> events, calls -> bytes out, time handed in. No I/O, no clock, no thread.
+// The host's side of the DSP link as a core: bytes in -> events, calls -> bytes out, time handed in. No I/O,
+// no clock, no thread.
 //
-// Rule: hello every hello_period_us until welcomed (and again after silence); every request (segment, commit, order) is repeated
-// with the same sequence every retry_us until its reply comes, or give_up_us is over; credit frames feed the device's watchdog
-// four times per watchdog time. docs/dsp-link.md tells the exchange. Messages: rig/link/device/messages.h, lcmtypes/link.
+// Rule: hello every hello_period_us until welcomed (and again after silence); every request (segment, commit,
+// order) is repeated with the same sequence every retry_us until its reply comes, or give_up_us is over;
+// credit frames feed the device's watchdog four times per watchdog time. docs/dsp-link.md tells the exchange.
+// Messages: rig/link/device/messages.h, lcmtypes/link.
 //
-// Typical use (bridge): loop { transport.read -> receive; take events; call upload, start, grant...; poll(now); write output }.
+// Typical use (bridge): loop { transport.read -> receive; take events; call upload, start, grant...;
+// poll(now); write output }.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,19 +31,21 @@ struct LinkHostConfig {
   double stator_limit_C = 0;
   double voltage_limit_V = 0;
   std::int64_t hello_period_us = 200000;
-  std::int64_t silence_us = 500000;  // without a valid frame for so long the link is down and hello starts again
+  std::int64_t silence_us =
+      500000;  // without a valid frame for so long the link is down and hello starts again
   std::int64_t retry_us = 50000;
   std::int64_t give_up_us = 2000000;
 };
 
 // Results of a request beyond the device's own (rig/link/device/result.h, 0 done).
 inline constexpr std::int32_t kLinkNoAnswer = -1;  // give_up_us passed without a reply
-inline constexpr std::int32_t kLinkLost = -2;      // not welcomed, link silent, or the device rebooted meanwhile
+inline constexpr std::int32_t kLinkLost = -2;  // not welcomed, link silent, or the device rebooted meanwhile
 
 struct LinkProfile {
-  std::int32_t profile_id = 0;          // > 0
-  std::int32_t at_end = 0;              // imrig_at_end
-  std::vector<imrig_segment> segments;  // profile_id, position, seq, utime and segment_v1 are filled in by the host
+  std::int32_t profile_id = 0;  // > 0
+  std::int32_t at_end = 0;      // imrig_at_end
+  std::vector<imrig_segment>
+      segments;  // profile_id, position, seq, utime and segment_v1 are filled in by the host
 };
 
 struct LinkWelcome {
@@ -71,33 +76,34 @@ class LinkHost {
   void poll(std::int64_t now_us);
   // Oldest event not yet taken.
   std::optional<LinkEvent> next_event();
-  // Next packet of whole frames to write (at most 1,400 bytes; one datagram over UDP); false when there is none.
+  // Next packet of whole frames to write (at most 1,400 bytes; one datagram over UDP); false when there is
+  // none.
   bool next_output(std::vector<std::uint8_t>& packet);
 
-  // Requests; each returns a number that its LinkAnswer carries. Nothing is sent before poll(). The answer to a request that
-  // cannot be sent (not welcomed) is kLinkLost. An upload cancels the upload before it (kLinkLost). Trip cancels nothing but
-  // overtakes everything that waits.
+  // Requests; each returns a number that its LinkAnswer carries. Nothing is sent before poll(). The answer to
+  // a request that cannot be sent (not welcomed) is kLinkLost. An upload cancels the upload before it
+  // (kLinkLost). Trip cancels nothing but overtakes everything that waits.
   std::int64_t upload(const LinkProfile& profile);
   std::int64_t start(std::int32_t profile_id);
   std::int64_t stop(double ramp_s);
   std::int64_t trip();
   std::int64_t clear();
 
-  // The device may take samples below this index. Only matters where it waits; is resent as keepalive. Never moves backwards
-  // within one boot.
+  // The device may take samples below this index. Only matters where it waits; is resent as keepalive. Never
+  // moves backwards within one boot.
   void grant(std::int64_t until_index);
 
-  bool up() const { return up_; }                                  // welcomed and not silent
+  bool up() const { return up_; }                                           // welcomed and not silent
   const std::optional<imrig_welcome>& welcome() const { return welcome_; }  // last one
-  std::int64_t lost_blocks() const { return lost_blocks_; }        // since construction
+  std::int64_t lost_blocks() const { return lost_blocks_; }                 // since construction
   std::int64_t bad_frames() const { return reader_.bad_frames() + undecodable_; }
-  std::int64_t last_heard_us() const { return last_heard_us_; }    // last valid frame; 0 none
-  std::int64_t next_index() const { return next_index_; }          // one past the last sample received
+  std::int64_t last_heard_us() const { return last_heard_us_; }  // last valid frame; 0 none
+  std::int64_t next_index() const { return next_index_; }        // one past the last sample received
 
  private:
   struct Request {
     std::int64_t seq = 0;
-    std::int64_t number = 0;             // of the public call
+    std::int64_t number = 0;  // of the public call
     std::vector<std::uint8_t> frame;
     std::int64_t first_sent_us = -1;
     std::int64_t last_sent_us = -1;
@@ -106,7 +112,7 @@ class LinkHost {
   struct Upload {
     std::int64_t number = 0;
     LinkProfile profile;
-    std::size_t next = 0;     // segment to send next; segments.size(): the commit
+    std::size_t next = 0;  // segment to send next; segments.size(): the commit
     std::size_t replied = 0;
   };
 
@@ -116,7 +122,8 @@ class LinkHost {
   void on_reply(const imrig_reply& message);
   void finish_upload(std::int32_t result);
   void fail_all(std::int32_t result);
-  void feed_upload(std::int64_t now_us);
+  void feed_upload();
+  void give_up(std::int64_t now_us);
   void say_hello(std::int64_t now_us);
   void send_requests(std::int64_t now_us);
   void send_credit(std::int64_t now_us);

@@ -1,4 +1,5 @@
-/* The DSP link's messages as C structs, field by field as in lcmtypes/link/NAME.lcm, where units, signs and origins stand. */
+/* The DSP link's messages as C structs, field by field as in lcmtypes/link/NAME.lcm, where units, signs and
+ * origins stand. */
 #ifndef IMRIG_LINK_DEVICE_MESSAGES_H
 #define IMRIG_LINK_DEVICE_MESSAGES_H
 
@@ -11,7 +12,13 @@
 enum imrig_kind { IMRIG_GATES_OFF = 0, IMRIG_VOLTAGE = 1, IMRIG_CURRENT = 2, IMRIG_DC = 3 };
 enum imrig_at_end { IMRIG_AT_END_GATES_OFF = 0, IMRIG_AT_END_HOLD = 1 };
 enum imrig_action { IMRIG_START = 1, IMRIG_STOP = 2, IMRIG_TRIP = 3, IMRIG_CLEAR = 4 };
-enum imrig_state { IMRIG_IDLE = 0, IMRIG_RUNNING = 1, IMRIG_HOLDING = 2, IMRIG_STOPPING = 3, IMRIG_TRIPPED = 4 };
+enum imrig_state {
+  IMRIG_IDLE = 0,
+  IMRIG_RUNNING = 1,
+  IMRIG_HOLDING = 2,
+  IMRIG_STOPPING = 3,
+  IMRIG_TRIPPED = 4
+};
 
 typedef struct imrig_hello {
   int64_t utime, seq;
