@@ -10,6 +10,7 @@
 
 #include "rig/base/error.h"
 #include "rig/bus/bus.h"
+#include "rig/bus/replay.h"
 
 namespace imrig {
 
@@ -53,15 +54,17 @@ void call_handler(const lcm_recv_buf_t* message, const char* channel, void* user
   }
 }
 
+lcm_t* open_lcm(const std::string& url) {
+  lcm_t* lcm = lcm_create(with_receive_buffer(url).c_str());
+  if (lcm != nullptr) return lcm;
+  throw Error("LCM", "cannot open " + url,
+              "the URL must be udpm://GROUP:PORT?ttl=0, and multicast needs a route: ip route add "
+              "224.0.0.0/4 dev lo");
+}
+
 class LcmBus final : public Bus {
  public:
-  explicit LcmBus(const BusConfig& config)
-      : prefix_(config.prefix + "_"), lcm_(lcm_create(with_receive_buffer(config.url).c_str())) {
-    if (lcm_ != nullptr) return;
-    throw Error("LCM", "cannot open " + config.url,
-                "the URL must be udpm://GROUP:PORT?ttl=0, and multicast needs a route: ip route add "
-                "224.0.0.0/4 dev lo");
-  }
+  explicit LcmBus(const BusConfig& config) : prefix_(config.prefix + "_"), lcm_(open_lcm(config.url)) {}
   ~LcmBus() override { lcm_destroy(lcm_); }
   LcmBus(const LcmBus&) = delete;
   LcmBus& operator=(const LcmBus&) = delete;
@@ -93,6 +96,8 @@ class LcmBus final : public Bus {
     return handled;
   }
 
+  int fd() const override { return lcm_get_fileno(lcm_); }
+
  private:
   // False also when a signal came: the caller looks at its stop flag.
   bool readable(int timeout_ms) {
@@ -109,5 +114,12 @@ class LcmBus final : public Bus {
 }  // namespace
 
 std::unique_ptr<Bus> open_lcm_bus(const BusConfig& config) { return std::make_unique<LcmBus>(config); }
+
+Player open_lcm_player(const BusConfig& config) {
+  const std::shared_ptr<lcm_t> lcm(open_lcm(config.url), lcm_destroy);
+  return [lcm](const std::string& channel, Bytes data) {
+    lcm_publish(lcm.get(), channel.c_str(), data.data(), static_cast<unsigned>(data.size()));
+  };
+}
 
 }  // namespace imrig

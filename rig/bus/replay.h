@@ -42,10 +42,12 @@ struct ReplayReport {
   bool stopped = false;
 };
 
-// Publishes the rest of the log in its order, under the channels' own full names. publish gets the channel in
-// full.
-ReplayReport replay(EventLogReader& log,
-                    const std::function<void(const std::string& channel, Bytes data)>& publish,
-                    const ReplayOptions& options);
+// Publishes under full channel names, whatever their prefix.
+using Player = std::function<void(const std::string& channel, Bytes data)>;
+// On LCM's bus; subscribes to nothing. Throws Error as open_lcm_bus does.
+Player open_lcm_player(const BusConfig& config);
+
+// Publishes the rest of the log in its order.
+ReplayReport replay(EventLogReader& log, const Player& publish, const ReplayOptions& options);
 
 }  // namespace imrig

@@ -1,0 +1,98 @@
+// imrig replay LOG: plays an event log back onto a bus that nobody lives on.
+
+#include <csignal>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "rig/base/error.h"
+#include "rig/base/rig_config.h"
+#include "rig/bus/replay.h"
+#include "rig/cli/verbs.h"
+
+namespace imrig {
+
+namespace {
+
+constexpr int kListen_ms = 700;  // three heartbeats
+
+volatile std::sig_atomic_t stop_asked = 0;
+void ask_stop(int) { stop_asked = 1; }
+
+struct Options {
+  std::string log;
+  std::string speed = "1";
+  std::string config;
+  std::string url;
+};
+
+double speed_of(const std::string& text) {
+  if (text == "max") return std::numeric_limits<double>::infinity();
+  std::size_t used = 0;
+  double speed = 0.0;
+  try {
+    speed = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used != text.size() || !(speed > 0.0) || !(speed <= 1e6)) {
+    throw Error("--speed", "is " + text, "a number above 0, or max");
+  }
+  return speed;
+}
+
+BusConfig bus_of(const Options& options) {
+  BusConfig bus;
+  if (!options.config.empty()) bus = load_rig_config(options.config).bus;
+  if (!options.url.empty()) bus.url = options.url;
+  return bus;
+}
+
+// A bus of its own: it is closed, with its subscription, before anything is played.
+bool somebody_lives_on(const BusConfig& config) {
+  const auto live = live_heartbeats(*open_lcm_bus(config), kListen_ms);
+  if (live.empty()) return false;
+  const auto& first = live.front();
+  std::fprintf(stderr,
+               "imrig: %s is alive on %s (%s, pid %d%s): nothing is replayed onto a live bus; choose another "
+               "port with --url\n",
+               process_name(first.process).c_str(), config.url.c_str(), first.channel.c_str(), first.pid,
+               live.size() > 1 ? ", and others" : "");
+  return true;
+}
+
+int run(const Options& options) {
+  const double speed = speed_of(options.speed);
+  EventLogReader log(options.log);  // a bad file is told before anything is heard or sent
+  const BusConfig config = bus_of(options);
+  if (somebody_lives_on(config)) return 1;
+  const auto bus = open_lcm_player(config);
+  std::signal(SIGINT, ask_stop);
+  std::signal(SIGTERM, ask_stop);
+  ReplayOptions pace;
+  pace.speed = speed;
+  pace.keep_going = [] { return stop_asked == 0; };
+  const ReplayReport report = replay(log, bus, pace);
+  std::printf("played %lld messages, left out %lld commands%s%s\n", static_cast<long long>(report.played),
+              static_cast<long long>(report.commands_left_out), report.stopped ? ", stopped" : "",
+              log.torn() ? ", the log's tail is torn" : "");
+  return 0;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand(
+      "replay", "Play a log back onto the bus, without its commands; refuses a bus with live heartbeats");
+  verb->add_option("log", options->log, "LCM event log")->required();
+  verb->add_option("--speed", options->speed,
+                   "log time over wall time, or max (at most 20000 messages a second)")
+      ->capture_default_str();
+  verb->add_option("--config", options->config, "rig.toml, for the bus");
+  verb->add_option("--url", options->url, "LCM URL, before the configuration's");
+  verb->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace imrig
