@@ -112,7 +112,9 @@ TEST(StopMachine, NoSequenceOfEventsLeavesTheGatesOnInATrippedState) {
         ASSERT_EQ(event.name, "reset");
         ASSERT_EQ(m.state(), kIdle) << "a reset must not resume";
       }
-      if (m.may_drive() && (before == kIdle || before == kTripped)) ASSERT_EQ(event.name, "start");
+      if (m.may_drive() && (before == kIdle || before == kTripped)) {
+        ASSERT_EQ(event.name, "start");
+      }
     }
   }
 }

@@ -1,0 +1,115 @@
+// imrig-bridge: composes BridgeCore, the DSP link's transport and the bus.
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+
+#include "rig/base/clock.h"
+#include "rig/base/error.h"
+#include "rig/base/rig_config.h"
+#include "rig/bridge/bridge_core.h"
+#include "rig/bus/bus.h"
+#include "rig/bus/channels.h"
+#include "rig/link/transport.h"
+
+namespace imrig {
+namespace {
+
+constexpr int kTimer_ms = 5;
+constexpr int kReadsPerRound = 64;  // then the bus gets its turn
+
+std::atomic<bool> g_stop = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void stop_on_signals() {
+  struct sigaction action = {};
+  action.sa_handler = [](int) { g_stop = true; };
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+Moment now() { return {monotonic_us(), wall_us()}; }
+
+const char* channel_of(const imrig_msg::samples_t&) { return channel::kSamples; }
+const char* channel_of(const imrig_msg::bridge_status_t&) { return channel::kBridgeStatus; }
+const char* channel_of(const imrig_msg::lease_t&) { return channel::kBridgeLease; }
+const char* channel_of(const imrig_msg::heartbeat_t&) { return channel::kHeartbeat; }
+
+template <class Message>
+void connect(Bus& bus, const char* name, BridgeCore& core,
+             void (BridgeCore::*handler)(const Message&, Moment)) {
+  subscribe<Message>(bus, name,
+                     [&core, handler](const Message& message) { (core.*handler)(message, now()); });
+}
+
+void subscribe_all(Bus& bus, BridgeCore& core) {
+  connect(bus, channel::kLeaseCmd, core, &BridgeCore::on_lease_cmd);
+  connect(bus, channel::kBridgeCmd, core, &BridgeCore::on_bridge_cmd);
+  connect(bus, channel::kEstopCmd, core, &BridgeCore::on_estop);
+  connect(bus, channel::kHeartbeat, core, &BridgeCore::on_heartbeat);
+  connect(bus, channel::kAck, core, &BridgeCore::on_ack);
+}
+
+void flush(BridgeCore& core, Transport& wire, Bus& bus) {
+  static std::vector<std::uint8_t> packet;
+  while (core.next_packet(packet)) wire.write(packet);
+  core.take_messages([&](const BridgeMessage& message) {
+    std::visit([&](const auto& m) { publish(bus, channel_of(m), m); }, message);
+  });
+}
+
+void read_wire(BridgeCore& core, Transport& wire) {
+  static std::array<std::uint8_t, 65536> buffer;
+  for (int k = 0; k < kReadsPerRound; ++k) {
+    const std::size_t n = wire.read(buffer);
+    if (n == 0) return;
+    core.on_link_bytes({buffer.data(), n}, now());
+  }
+}
+
+void run(BridgeCore& core, Transport& wire, Bus& bus) {
+  while (!core.finished(now())) {
+    std::array<pollfd, 2> waits = {{{wire.fd(), POLLIN, 0}, {bus.fd(), POLLIN, 0}}};
+    ::poll(waits.data(), waits.size(), kTimer_ms);
+    if (g_stop) core.shut_down(now());
+    bus.wait(0);
+    core.poll(now());  // an emergency stop leaves before the next samples are looked at
+    flush(core, wire, bus);
+    read_wire(core, wire);
+    core.poll(now());
+    flush(core, wire, bus);
+  }
+}
+
+int body(int argc, char** argv) {
+  CLI::App app{"imrig-bridge: the process between the DSP link and the bus."};
+  std::string path = "rig.toml";
+  app.add_option("--config", path, "the rig's configuration")->capture_default_str();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return app.exit(asked);
+  } catch (const CLI::ParseError& e) {
+    throw Error("usage", e.what(), "see imrig-bridge --help");
+  }
+  const RigConfig config = load_rig_config(path);
+  const auto wire = open_transport(config.bridge.link);
+  const auto bus = open_lcm_bus(config.bus);
+  BridgeCore core(config, ::getpid(), random_id);
+  subscribe_all(*bus, core);
+  stop_on_signals();
+  std::puts("ready");
+  std::fflush(stdout);
+  run(core, *wire, *bus);
+  return 0;
+}
+
+}  // namespace
+}  // namespace imrig
+
+int main(int argc, char** argv) { return imrig::run_main("imrig-bridge", imrig::body, argc, argv); }
