@@ -29,7 +29,8 @@ class Bus {
   virtual void subscribe_raw(const std::string& name, RawHandler handler) = 0;
   // Waits up to timeout_ms for messages and handles all that are there. Returns how many were handled.
   virtual int wait(int timeout_ms) = 0;
-  // For poll(2) with POLLIN beside other descriptors: readable when wait(0) would handle something. -1 where there is none (memory).
+  // For poll(2) with POLLIN beside other descriptors: readable when wait(0) would handle something. -1 where
+  // there is none (memory).
   virtual int fd() const { return -1; }
 };
 

@@ -10,23 +10,15 @@
 
 #include "rig/base/error.h"
 #include "rig/bus/bus.h"
+#include "rig/bus/multicast.h"
 #include "rig/bus/replay.h"
 
 namespace imrig {
 
 namespace {
 
-constexpr char kUdp[] = "udpm://";
-constexpr char kReceiveBuffer[] = "recv_buf_size=";
 // One wait ends after so many messages even when more keep coming.
 constexpr int kMaxHandledPerWait = 65536;
-
-// The kernel's default buffer loses most of a burst; a URL that says nothing gets the size that lost nothing
-// when it was measured.
-std::string with_receive_buffer(const std::string& url) {
-  if (url.rfind(kUdp, 0) != 0 || url.find(kReceiveBuffer) != std::string::npos) return url;
-  return url + (url.find('?') == std::string::npos ? "?" : "&") + kReceiveBuffer + "4194304";
-}
 
 // LCM takes channel names as regular expressions.
 std::string literally(const std::string& name) {
@@ -55,11 +47,9 @@ void call_handler(const lcm_recv_buf_t* message, const char* channel, void* user
 }
 
 lcm_t* open_lcm(const std::string& url) {
-  lcm_t* lcm = lcm_create(with_receive_buffer(url).c_str());
-  if (lcm != nullptr) return lcm;
-  throw Error("LCM", "cannot open " + url,
-              "the URL must be udpm://GROUP:PORT?ttl=0, and multicast needs a route: ip route add "
-              "224.0.0.0/4 dev lo");
+  lcm_t* lcm = lcm_create(checked_lcm_url(url).c_str());
+  if (lcm == nullptr) throw Error("bus " + url, "LCM cannot open it");
+  return lcm;
 }
 
 class LcmBus final : public Bus {
@@ -80,9 +70,7 @@ class LcmBus final : public Bus {
     const std::string pattern = name == "*" ? ".*" : literally(prefix_ + name);
     lcm_subscription_t* made = lcm_subscribe(lcm_, pattern.c_str(), call_handler, &subscriptions_.back());
     if (made == nullptr) {
-      throw Error("LCM", "cannot listen to " + prefix_ + name,
-                  "multicast needs a route (ip route add 224.0.0.0/4 dev lo) and a channel name of letters, "
-                  "digits and _");
+      throw Error("bus", "LCM cannot listen to " + pattern, "a firewall may hold multicast back");
     }
     lcm_subscription_set_queue_capacity(made, 0);  // unlimited; the default of 30 drops the newest
   }
