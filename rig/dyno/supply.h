@@ -11,6 +11,7 @@ struct SupplyOrder {
   double set_V = 0.0;
   double set_A = 0.0;
   bool output_on = false;
+  std::int64_t number = 0;  // rises with every change
 
   bool operator==(const SupplyOrder&) const = default;
 };
@@ -20,10 +21,11 @@ enum class SupplyLink : std::int32_t { kAbsent = 0, kUp = 1, kSilent = 2 };  // 
 struct SupplyReport {
   SupplyLink link = SupplyLink::kAbsent;  // kSilent: has answered before, does not now
   bool wrong_device = false;              // somebody answers, but with another identity
-  bool mismatch = false;                  // registers differ from what was written, twice in a row
-  std::int64_t order_number = 0;     // of the last order that was written, read back equal and polled after
-  std::int64_t heard_steady_us = 0;  // last complete poll
-  double held_V = 0.0;               // set-points read back
+  bool as_written = false;                // every register that was written reads back as written
+  bool mismatch = false;                  // it does not, twice in a row, or a write was refused
+  std::int64_t order_number = 0;          // of the newest order that was written and polled after
+  std::int64_t heard_steady_us = 0;       // last complete poll
+  double held_V = 0.0;                    // set-points read back
   double held_A = 0.0;
   bool output_on = false;
   double out_V = std::numeric_limits<double>::quiet_NaN();  // NaN where the map has no such register
