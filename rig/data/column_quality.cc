@@ -10,29 +10,26 @@ namespace imrig {
 namespace {
 
 constexpr std::size_t kRun = 4;    // samples in a row
-constexpr std::size_t kOften = 6;  // times as often as at the next value
+constexpr std::size_t kOften = 6;  // times as often as in the next band
+constexpr double kBand = 0.02;     // of the half range
 constexpr double kUneven = 0.1;
 
 struct Extreme {
-  std::size_t at = 0, next = 0;  // samples there, and at the next value
-  std::size_t longest_run = 0;
+  std::size_t exactly = 0, longest_run = 0;  // samples at the extreme itself
+  std::size_t band = 0, next = 0;            // in the band below it, and in the one below that
 };
 
 // sign +1: the largest value; -1: the smallest.
-Extreme extreme_of(const std::vector<double>& x, double sign, double top) {
+Extreme extreme_of(const std::vector<double>& x, double sign, double top, double width) {
   Extreme out;
-  double next = -INFINITY;
   std::size_t run = 0;
   for (const double value : x) {
-    const double y = sign * value;
-    run = y == top ? run + 1 : 0;
-    out.at += y == top ? 1u : 0u;
+    const double below = top - sign * value;
+    run = below == 0.0 ? run + 1 : 0;
+    out.exactly += below == 0.0 ? 1u : 0u;
     out.longest_run = std::max(out.longest_run, run);
-    if (y < top && y > next) {
-      next = y;
-      out.next = 0;
-    }
-    out.next += y == next ? 1u : 0u;
+    out.band += below < width ? 1u : 0u;
+    out.next += below >= width && below < 2.0 * width ? 1u : 0u;
   }
   return out;
 }
@@ -58,10 +55,11 @@ std::string clipped(const std::vector<double>& x) {
   if (!(tops[0] > -tops[1])) return "";  // constant or empty: another matter
   for (const double sign : {1.0, -1.0}) {
     const double top = tops[sign > 0.0 ? 0 : 1];
-    const Extreme found = extreme_of(x, sign, top);
-    if (found.next == 0 || found.longest_run < kRun || found.at < kOften * found.next) continue;
+    const Extreme found = extreme_of(x, sign, top, kBand * 0.5 * (tops[0] + tops[1]));
+    if (found.longest_run < kRun || found.band < kOften * found.next) continue;
     return fmt::format("sits at its {} value {:.4g} in {} of {} samples, up to {} in a row: clipped?",
-                       sign > 0 ? "largest" : "smallest", sign * top, found.at, x.size(), found.longest_run);
+                       sign > 0 ? "largest" : "smallest", sign * top, found.exactly, x.size(),
+                       found.longest_run);
   }
   return "";
 }

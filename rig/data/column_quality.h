@@ -8,8 +8,8 @@
 namespace imrig {
 
 // "sits at its largest value 35.0 in 412 of 5000 samples, up to 60 in a row: clipped?". A signal is held to
-// be clipped when it stays at an extreme for four samples or more, and is there six times as often as at the
-// next value towards the middle: a quantised sine's crest is 2.4 times.
+// be clipped when it stays at an extreme for four samples or more, and is in the outermost 2 % of its half
+// range six times as often as in the next 2 %: a sine is 2.4 times.
 std::string clipped(const std::vector<double>& x);
 
 // "do not sum to zero: ..." when the sum's rms passes 10 % of the largest column's.

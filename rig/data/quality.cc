@@ -19,6 +19,7 @@ using Sentences = std::vector<std::string>;
 constexpr double kLowestImpedance_ohm = 0.05;  // a running 1 MW low-voltage motor has about 0.15
 constexpr double kHighestImpedance_ohm = 2e4;
 constexpr double kUnbalance = 0.3;      // negative over positive sequence
+constexpr double kMotoring = 0.005;     // slip above which power must flow in
 constexpr double kTooMuchPower = 1.05;  // p_in over 3/2 V I
 
 bool runs(RecordKind kind) {
@@ -71,7 +72,7 @@ double amplitude_at(const std::vector<SpaceVector>& x, double f_Hz, double sampl
 const char* direction(double f_Hz) { return f_Hz > 0.0 ? "a-b-c" : "a-c-b"; }
 
 // Voltage and current of one machine turn the same way, and the current lags.
-void look_at_phases(const TimeSeries& s, const Fundamental& v, Sentences& out) {
+void look_at_phases(const TimeSeries& s, const Fundamental& v, double slip, Sentences& out) {
   const double f = v.f_Hz;
   if (static_cast<double>(s.size()) * s.sample_time_s * std::abs(f) < 2.0) return;  // too short to tell
   const double positive = amplitude_at(s.i, f, s.sample_time_s),
@@ -99,6 +100,12 @@ void look_at_phases(const TimeSeries& s, const Fundamental& v, Sentences& out) {
                     "are shifted, two are "
                     "swapped in both, or a sign is reversed",
                     lag_deg < 0.0 ? -lag_deg : 360.0 - lag_deg));
+  } else if (lag_deg > 90.0 && slip > kMotoring) {
+    out.push_back(
+        fmt::format("power flows out of the motor (the current lags by {:.0f} degrees) although the slip is "
+                    "{:.2g} %: phases are "
+                    "shifted or a sign is reversed",
+                    lag_deg, 100.0 * slip));
   }
 }
 
@@ -122,7 +129,7 @@ void look_at_series(const Record& record, int pole_pairs, Sentences& out) {
   const Conditions c = conditions_of(record, pole_pairs);
   const bool turning = !std::isnan(c.f_Hz) && std::abs(c.f_Hz) > 1.0;
   if (s.v.size() == s.i.size() && turning && c.v_V > 0.0)
-    look_at_phases(s, fundamental_of(s.v, s.sample_time_s), out);
+    look_at_phases(s, fundamental_of(s.v, s.sample_time_s), c.slip, out);
   if (!runs(record.kind)) return;
   look_at_impedance(c.v_V, c.i_A, out);
   // A free record may stand still for a part: its fastest stretch is what the frequency must explain.
