@@ -1,5 +1,5 @@
 #pragma once
-// A comparison as other programs read it (docs/commands): keys may be added, never renamed. NaN is null.
+// A comparison as other programs read it: keys may be added, never renamed. NaN is null.
 
 #include <string>
 

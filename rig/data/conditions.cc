@@ -72,6 +72,21 @@ double slip_of(double speed_rad_s, double f_Hz, int pole_pairs) {
   return 1.0 - pole_pairs * speed_rad_s / (2.0 * kPi * f_Hz);
 }
 
+// Each condition's mean over the points that have it.
+Conditions mean_conditions(const std::vector<SteadyPoint>& points, int pole_pairs, double R_s_ohm) {
+  std::vector<Conditions> all;
+  for (const auto& point : points) all.push_back(conditions_of(point, pole_pairs, R_s_ohm));
+  Conditions out;
+  for (const auto place :
+       {&Conditions::f_Hz, &Conditions::v_V, &Conditions::slip, &Conditions::i_A, &Conditions::psi_Wb,
+        &Conditions::torque_Nm, &Conditions::stator_C, &Conditions::speed_rad_s}) {
+    std::vector<double> values;
+    for (const auto& c : all) values.push_back(c.*place);
+    out.*place = mean(values);
+  }
+  return out;
+}
+
 }  // namespace
 
 Fundamental fundamental_of(const std::vector<SpaceVector>& x, double sample_time_s) {
@@ -87,7 +102,7 @@ Fundamental fundamental_of(const std::vector<SpaceVector>& x, double sample_time
 
 Conditions conditions_of(const Record& record, int pole_pairs, double R_s_ohm) {
   Conditions out;
-  if (!record.points.empty()) return conditions_of(record.points.front(), pole_pairs, R_s_ohm);
+  if (!record.points.empty()) return mean_conditions(record.points, pole_pairs, R_s_ohm);
   const TimeSeries& series = record.series;
   out.v_V = rms(series.v);
   out.i_A = rms(series.i);

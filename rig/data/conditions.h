@@ -20,6 +20,7 @@ struct Conditions {
   double speed_rad_s = kMissing;
 };
 
+// Of a table of points: each condition's mean over the points.
 // R_s_ohm: star-equivalent stator resistance; NaN if unknown, then psi_Wb and the air-gap torque stay NaN.
 Conditions conditions_of(const Record& record, int pole_pairs, double R_s_ohm = kMissing);
 Conditions conditions_of(const SteadyPoint& point, int pole_pairs, double R_s_ohm = kMissing);
