@@ -85,11 +85,11 @@ void LinkHost::on_welcome(const imrig_welcome& message) {
     fail_all(kLinkLost);
     next_block_ = message.next_block;
     next_index_ = message.next_index;
-    credit_ = 0;
+    granted_ = credit_ = 0;
   }
   welcome_ = message;
   up_ = true;
-  credit_moved_ = credit_ > 0;
+  credit_due_ = true;
   events_.push_back(LinkWelcome{message, new_boot});
 }
 
@@ -167,11 +167,7 @@ std::int64_t LinkHost::stop(double ramp_s) { return order(IMRIG_STOP, 0, ramp_s)
 std::int64_t LinkHost::trip() { return order(IMRIG_TRIP, 0, 0.0); }
 std::int64_t LinkHost::clear() { return order(IMRIG_CLEAR, 0, 0.0); }
 
-void LinkHost::grant(std::int64_t until_index) {
-  if (until_index <= credit_) return;
-  credit_ = until_index;
-  credit_moved_ = true;
-}
+void LinkHost::grant(std::int64_t until_index) { granted_ = std::max(granted_, until_index); }
 
 // Keeps a window of segments on the way; the commit goes once every segment has been answered.
 void LinkHost::feed_upload() {
@@ -255,9 +251,12 @@ void LinkHost::give_up(std::int64_t now_us) {
 
 void LinkHost::send_credit(std::int64_t now_us) {
   const std::int64_t period_us = config_.watchdog_ms * std::int64_t{1000} / 4;
-  if (!credit_moved_ && last_credit_us_ >= 0 && now_us - last_credit_us_ < period_us) return;
+  const std::int64_t unread = config_.unread_blocks * std::int64_t{IMRIG_BLOCK_SAMPLES};
+  const std::int64_t credit = std::min(granted_, next_index_ + unread);
+  if (credit <= credit_ && !credit_due_ && now_us - last_credit_us_ < period_us) return;
   last_credit_us_ = now_us;
-  credit_moved_ = false;
+  credit_due_ = false;
+  credit_ = std::max(credit_, credit);
   const imrig_credit message = {now_us, ++seq_, 1, credit_};
   emit(frame_of(imrig_encode_credit, message));
 }

@@ -35,6 +35,8 @@ struct LinkHostConfig {
       500000;  // without a valid frame for so long the link is down and hello starts again
   std::int64_t retry_us = 50000;
   std::int64_t give_up_us = 2000000;
+  // Samples granted but not yet received fit into so many blocks: Linux' default socket buffer (net.core.rmem_max 212992) loses the 44th.
+  int unread_blocks = 32;
 };
 
 // Results of a request beyond the device's own (rig/link/device/result.h, 0 done).
@@ -147,8 +149,9 @@ class LinkHost {
   std::int64_t last_heard_us_ = 0;
   std::int64_t last_hello_us_ = -1;
   std::int64_t last_credit_us_ = -1;
-  std::int64_t credit_ = 0;
-  bool credit_moved_ = false;
+  std::int64_t granted_ = 0;  // by the caller
+  std::int64_t credit_ = 0;   // told to the device
+  bool credit_due_ = false;
 };
 
 }  // namespace imrig

@@ -60,9 +60,10 @@ class UdpTransport : public Transport {
     const sockaddr_in address = resolve(url);
     socket_ = Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
     if (socket_.get() < 0) fail(url, std::string("no socket: ") + std::strerror(errno), "");
-    // Best effort: the system caps them at net.core.rmem_max and wmem_max.
-    ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &kBufferBytes, sizeof kBufferBytes);
-    ::setsockopt(socket_.get(), SOL_SOCKET, SO_SNDBUF, &kBufferBytes, sizeof kBufferBytes);
+    // Best effort: the system caps them at net.core.rmem_max and wmem_max, unless it is root who asks.
+    for (const int option : {SO_RCVBUF, SO_SNDBUF, SO_RCVBUFFORCE, SO_SNDBUFFORCE}) {
+      ::setsockopt(socket_.get(), SOL_SOCKET, option, &kBufferBytes, sizeof kBufferBytes);
+    }
     if (listens) {
       bind_to(url, address);
     } else if (::connect(socket_.get(), generic(&address), sizeof address) != 0) {
