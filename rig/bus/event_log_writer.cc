@@ -126,6 +126,7 @@ void EventLogWriter::close() {
 }
 
 std::int64_t EventLogWriter::next_number() const { return state_->number; }
+std::int64_t EventLogWriter::next_offset() const { return state_->offset; }
 std::int64_t EventLogWriter::cut_bytes() const { return state_->cut_bytes; }
 
 }  // namespace imrig
