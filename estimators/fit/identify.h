@@ -40,6 +40,7 @@ struct RecordEstimate {
   double per_R_s = 0.0;     // d value / d R_s, for the R_s that was given
   std::string unit;
   std::string left_out;  // why it was not used; empty when it was
+  bool weak = false;     // sound, left out only because other records may know better
 };
 
 struct RecordResult {

@@ -1,0 +1,328 @@
+#include "estimators/fit/identify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "estimators/fit/assemble.h"
+#include "estimators/fit/data_nominal.h"
+#include "estimators/fit/dc_test.h"
+#include "estimators/fit/goodness.h"
+#include "estimators/fit/points_fit.h"
+#include "estimators/fit/series_records.h"
+#include "estimators/fit/student_t.h"
+#include "rig/base/error.h"
+
+namespace imrig::est {
+
+namespace {
+
+constexpr double kSaturationPerFlux =
+    0.5 / 0.4765;  // the paper's 0.5 Wb over the flux of its motor at 220 V, 60 Hz
+constexpr double kSpeaksForResistance =
+    0.05;  // relative sigma of a record that tells R_s where no DC test did
+constexpr std::array<const char*, 4> kMethods{"auto", "dc", "transient", "points"};
+
+using Rows = std::vector<std::size_t>;
+
+class Identification {
+ public:
+  Identification(const DataSet& data, const IdentifyOptions& options) : data_(data), options_(options) {
+    for (const auto& record : data.records) {
+      RecordResult row;
+      row.id = record.id;
+      row.kind = record.kind;
+      row.holdout = record.holdout;
+      if (row.holdout) row.rejected = "hold-out: judged, never fitted";
+      result_.records.push_back(row);
+    }
+    start_model();
+  }
+
+  IdentifyResult run() {
+    const bool all = options_.method == "auto";
+    const Rows dc =
+        options_.method == "points" ? Rows{} : rows([](RecordKind kind) { return kind == RecordKind::kDc; });
+    const Rows series = all || options_.method == "transient" ? rows(is_series_kind) : Rows{};
+    const Rows tables = all || options_.method == "points"
+                            ? rows([](RecordKind kind) { return kind == RecordKind::kPoints; })
+                            : Rows{};
+    const bool something =
+        !series.empty() || !tables.empty() || (options_.method != "transient" && !dc.empty());
+    if (!something) {
+      throw Error("method \"" + options_.method + "\"",
+                  "finds no record it can use in \"" + data_.name + "\"",
+                  "imrig info lists the records' kinds");
+    }
+    measure_resistance(dc);
+    if (!series.empty()) fit_series(series);
+    for (const std::size_t k : tables) fit_table(k);
+    assemble_model(series, tables);
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  template <class Wanted>
+  Rows rows(Wanted wanted) const {
+    Rows out;
+    for (std::size_t k = 0; k < data_.records.size(); ++k) {
+      if (!data_.records[k].holdout && wanted(data_.records[k].kind)) out.push_back(k);
+    }
+    return out;
+  }
+
+  std::vector<RecordResult*> results(const Rows& which) {
+    std::vector<RecordResult*> out;
+    for (const std::size_t k : which) out.push_back(&result_.records[k]);
+    return out;
+  }
+
+  void start_model() {
+    if (options_.nominal) {
+      result_.model = *options_.nominal;
+      result_.model.effects.clear();
+    } else {
+      result_.model.name = data_.name.empty() ? "motor" : data_.name;
+    }
+    result_.model.pole_pairs = data_.pole_pairs;
+    result_.model.delta = data_.delta;
+    if (data_.delta)
+      note("motor in delta: all values are those of the equivalent star, a third of the delta phase's");
+    if (options_.nominal && options_.nominal->pole_pairs != data_.pole_pairs) {
+      throw Error("model \"" + options_.nominal->name + "\"",
+                  fmt::format("has {} pole pairs", options_.nominal->pole_pairs),
+                  fmt::format("the data has {}", data_.pole_pairs));
+    }
+  }
+
+  void note(const std::string& text) { result_.notes.push_back(text); }
+  bool R_s_known() const { return std::isfinite(R_s_); }
+
+  // ---- R_s from direct current, else from the given model
+
+  void measure_resistance(const Rows& dc) {
+    double stator_C = 0.0;
+    int with_temperature = 0;
+    for (const std::size_t k : dc) {
+      RecordResult& row = result_.records[k];
+      const DcResult fit = fit_dc(data_.records[k].series);
+      row.notes = fit.notes;
+      row.rejected = fit.failure;
+      if (!fit.failure.empty()) continue;
+      const double sigma = fit.sigma_ohm * student_t_975(fit.degrees_of_freedom) / kNormal975;
+      row.parameters["R_s"] = {fit.R_s_ohm, sigma, 0.0, "ohm", "", false};
+      row.used_for = {"R_s"};
+      if (std::isfinite(fit.stator_C)) {
+        stator_C += fit.stator_C;
+        ++with_temperature;
+      }
+    }
+    const Parameter found = assemble("R_s", results(dc), 0.0, data_.accuracy, result_.notes);
+    if (found.known()) {
+      take_resistance(found, "dc test, ");
+      result_.model.R_s_stator_C = with_temperature > 0 ? stator_C / with_temperature : kMissing;
+    } else if (options_.nominal && options_.nominal->R_s.known()) {
+      nominal_resistance(options_.nominal->R_s);
+    }
+  }
+
+  void take_resistance(Parameter found, const std::string& how) {
+    found.found = how + found.found;
+    result_.model.R_s = found;
+    identified_ = true;
+    R_s_ = found.value;
+    const double whole = 0.5 * (found.ci95_high - found.ci95_low) / kNormal975;
+    const double gains = gain_sigma(data_.accuracy) * found.value;
+    R_s_sigma_ = std::sqrt(
+        std::max(0.0, whole * whole - gains * gains));  // the gains are added to every impedance once
+  }
+
+  void nominal_resistance(const Parameter& given) {
+    R_s_ = given.value;
+    const double width = given.ci95_high - given.ci95_low;
+    R_s_sigma_ = std::isfinite(width) ? 0.5 * width / kNormal975 : 0.0;
+    if (options_.method == "dc") return;
+    note(fmt::format(
+        "R_s was not measured: {:.4g} ohm is the given model's{}", R_s_,
+        std::isfinite(width) ? "" : ", without an interval, so the others' intervals leave it out"));
+  }
+
+  // ---- time series
+
+  SeriesSetting series_setting(const Rows& which) {
+    SeriesSetting setting;
+    const auto rough = given_circuit() ? std::nullopt : nominal_from_data(data_, which, R_s_);
+    if (const auto given = given_circuit()) {
+      setting.nominal = *given;
+    } else if (rough) {
+      setting.nominal = rough->theta;
+      setting.nominal_from_data = true;
+    } else {
+      setting.nominal = {0.5, 0.5, 0.01,
+                         0.1};  // no steady stretch anywhere: each record's own grid of starts decides
+      setting.nominal_from_data = true;
+    }
+    if (R_s_known()) setting.nominal.R_s = R_s_;
+    const Ratings& r = result_.model.ratings;
+    const bool rated = r.voltage_V > 0.0 && r.frequency_Hz > 0.0;
+    const double flux = rated ? r.voltage_V * std::sqrt(2.0) / kSqrt3 / (2.0 * kPi * r.frequency_Hz)
+                              : largest_flux_Wb(data_, which);
+    setting.saturation_flux_Wb = kSaturationPerFlux * flux;
+    return setting;
+  }
+
+  std::optional<MachineParameters<double>> given_circuit() const {
+    if (!options_.nominal) return std::nullopt;
+    const Model& m = *options_.nominal;
+    if (!m.R_r.known() || !m.L_l.known() || !m.L_m.known()) return std::nullopt;
+    return MachineParameters<double>{m.R_s.known() ? m.R_s.value : m.R_r.value, m.R_r.value, m.L_l.value,
+                                     m.L_m.value};
+  }
+
+  void fit_series(const Rows& which) {
+    SeriesSetting setting = series_setting(which);
+    if (!R_s_known()) {
+      resistance_from_series(which, setting);
+      setting.nominal.R_s = R_s_;
+    }
+    take(which, fit_series_records(data_, which, setting, options_));
+  }
+
+  void take(const Rows& which, std::vector<RecordResult> fitted) {
+    for (std::size_t k = 0; k < which.size(); ++k) result_.records[which[k]] = std::move(fitted[k]);
+  }
+
+  // A first pass with R_s as a fourth unknown.
+  void resistance_from_series(const Rows& which, SeriesSetting setting) {
+    setting.fit_R_s = true;
+    IdentifyOptions loose = options_;
+    loose.max_relative_sigma = kSpeaksForResistance;
+    std::vector<RecordResult> fitted = fit_series_records(data_, which, setting, loose);
+    std::vector<RecordResult*> speaking;
+    for (auto& row : fitted) speaking.push_back(&row);
+    const Parameter found = assemble("R_s", speaking, 0.0, data_.accuracy, result_.notes);
+    if (!found.known()) {
+      throw Error(
+          "R_s",
+          "is in no dc record, in no given model, and no record separates it from the other parameters",
+          "add a dc record, or give a model with R_s");
+    }
+    take_resistance(found, "transient with R_s free, ");
+    note(fmt::format("no dc record: R_s = {:.4g} ohm was fitted with the other parameters", R_s_));
+  }
+
+  // ---- tables of points
+
+  void fit_table(std::size_t k) {
+    RecordResult& row = result_.records[k];
+    PointsOptions options;
+    options.pole_pairs = data_.pole_pairs;
+    options.noise = data_.noise;
+    options.R_s = R_s_;
+    options.R_s_sigma = R_s_sigma_;
+    if (const auto given = given_circuit()) options.starts.push_back(*given);
+    const PointsFit fit = fit_points(data_.records[k].points, options);
+    row.notes = fit.notes;
+    row.nrmse = fit.nrmse;
+    row.chi2_per_dof = fit.chi2_per_dof;
+    row.rejected = fit.failure;
+    if (!fit.failure.empty()) return;
+    table_estimates(fit, row);
+  }
+
+  void table_estimates(const PointsFit& fit, RecordResult& row) {
+    const std::array values{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
+    for (std::size_t m = R_s_known() ? 1 : 0; m < values.size(); ++m) {
+      const auto& base = base_parameters()[m];
+      RecordEstimate estimate{values[m], fit.sigma[m], fit.per_R_s[m], base.unit, "", false};
+      if (fit.on_bound[m]) {
+        estimate.left_out = "lies on a bound of the search";
+      } else if (!(fit.sigma[m] <= options_.max_relative_sigma * values[m])) {
+        estimate.left_out = fmt::format("its own sigma is {:.2g} %", 100.0 * fit.sigma[m] / values[m]);
+        estimate.weak = true;
+      } else {
+        row.used_for.push_back(base.name);
+      }
+      row.parameters[base.name] = estimate;
+    }
+  }
+
+  // ---- the model
+
+  void assemble_model(const Rows& series, const Rows& tables) {
+    Rows both = series;
+    both.insert(both.end(), tables.begin(), tables.end());
+    for (const auto& base : base_parameters()) {
+      if (base.place == &Model::R_s && R_s_known()) continue;
+      Parameter found = assemble(base.name, results(both), R_s_sigma_, data_.accuracy, result_.notes);
+      if (found.known()) {
+        found.found = std::string(series.empty()   ? "points, "
+                                  : tables.empty() ? "transient, "
+                                                   : "transient and points, ") +
+                      found.found;
+        result_.model.*base.place = found;
+        identified_ = true;
+      } else if (!both.empty()) {
+        const bool kept = (result_.model.*base.place).known();
+        note(fmt::format("{} is not determined by these records{}", base.name,
+                         kept ? "; the given model's value is kept" : ""));
+      }
+    }
+  }
+
+  void finish() {
+    if (!identified_)
+      throw Error("identification", "no record determines any parameter: " + first_reason(), "");
+    for (auto& row : result_.records) {
+      if (row.used_for.empty() && row.rejected.empty())
+        row.rejected = "not of a kind that method \"" + options_.method + "\" uses";
+    }
+    Revision revision;
+    revision.number = result_.model.history.empty() ? 1 : result_.model.history.back().number + 1;
+    revision.change = "identified, method " + options_.method;
+    revision.data = data_.name;
+    revision.data_hash = data_.hash;
+    add_goodness(revision);
+    result_.model.history.push_back(revision);
+  }
+
+  void add_goodness(Revision& revision) const {
+    for (const auto& base : base_parameters()) {
+      if (!(result_.model.*base.place).known()) return;
+    }
+    const Goodness found = goodness(result_.model.machine(), data_);
+    revision.fitted_nrmse = found.fitted_nrmse;
+    revision.holdout_nrmse = found.holdout_nrmse;
+  }
+
+  std::string first_reason() const {
+    for (const auto& row : result_.records) {
+      if (!row.rejected.empty() && !row.holdout) return row.id + " " + row.rejected;
+    }
+    return "all records are hold-out";
+  }
+
+  const DataSet& data_;
+  const IdentifyOptions& options_;
+  IdentifyResult result_;
+  double R_s_ = kMissing;
+  double R_s_sigma_ = 0.0;  // without the gains
+  bool identified_ = false;
+};
+
+}  // namespace
+
+IdentifyResult identify(const DataSet& data, const IdentifyOptions& options) {
+  if (std::find(kMethods.begin(), kMethods.end(), options.method) == kMethods.end()) {
+    throw Error("method \"" + options.method + "\"", "is not available",
+                "available are auto, dc, transient and points");
+  }
+  if (data.pole_pairs < 1) throw Error("data set \"" + data.name + "\"", "has no number of pole pairs");
+  return Identification(data, options).run();
+}
+
+}  // namespace imrig::est

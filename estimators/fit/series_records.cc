@@ -1,0 +1,148 @@
+#include "estimators/fit/series_records.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "estimators/fit/start_guess.h"
+#include "estimators/fit/steady_windows.h"
+#include "estimators/fit/transient_fit.h"
+#include "rig/base/error.h"
+
+namespace imrig::est {
+
+namespace {
+
+constexpr double kWorstMisfit = 0.3;   // nrmse above which the machine model says nothing about the record
+constexpr double kBackwardSlip = 1.8;  // a rotor that turns against the field: slip about 2
+constexpr std::array<const char*, kCircuit> kNames{"R_s", "R_r", "L_l", "L_m"};
+constexpr std::array<const char*, kCircuit> kUnits{"ohm", "ohm", "H", "H"};
+
+TransientOptions transient_options(const FrameRecord& record, int pole_pairs, const SeriesSetting& setting) {
+  TransientOptions options;
+  options.nominal = setting.nominal;
+  options.bounds_move = setting.nominal_from_data;
+  options.fit_R_s = setting.fit_R_s;
+  options.saturation_flux_Wb = std::isfinite(setting.saturation_flux_Wb) ? setting.saturation_flux_Wb : 1e9;
+  for (const auto& point : steady_windows(record, pole_pairs)) {
+    options.starts = guesses_from_point(point, pole_pairs, setting.nominal.R_s);
+    if (!options.starts.empty()) return options;
+  }
+  const MeanConditions mean = mean_conditions(record);
+  const double w = std::max({std::abs(2.0 * kPi * mean.f_Hz), std::abs(record.w_k), 2.0 * kPi});
+  options.starts = guesses_from_impedance(mean.v_peak_V / mean.i_peak_A, w, setting.nominal.R_s);
+  return options;
+}
+
+std::string left_out_reason(const TransientFit& fit, int m, double slip, const IdentifyOptions& options) {
+  const auto values = std::array{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
+  const auto k = static_cast<std::size_t>(m);
+  if (fit.on_bound[k]) return "lies on a bound of the search";
+  const double relative = std::sqrt(fit.covariance(m, m)) / values[k];
+  if (!(relative <= options.max_relative_sigma)) {
+    return fmt::format("its own sigma is {:.2g} %, above {:.2g} % (slip {:.2g} %)", 100.0 * relative,
+                       100.0 * options.max_relative_sigma, 100.0 * slip);
+  }
+  if (options.slip_rule > 0.0 && m > 0) {
+    const bool wants_slip = m < 3;
+    if (wants_slip != (std::abs(slip) > options.slip_rule)) {
+      return fmt::format("slip {:.2g} % lies on the wrong side of the {:.2g} % rule", 100.0 * slip,
+                         100.0 * options.slip_rule);
+    }
+  }
+  return "";
+}
+
+std::string rejection(const TransientFit& fit) {
+  if (!fit.failure.empty()) return fit.failure;
+  if (fit.flux_on_bound) return "the initial flux lies beyond 200 % of saturation";
+  if (fit.nrmse > kWorstMisfit)
+    return fmt::format("the machine model misses the current by {:.0f} %", 100.0 * fit.nrmse);
+  return "";
+}
+
+void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options, RecordResult& result) {
+  result.rejected = rejection(fit);
+  const auto values = std::array{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
+  std::string reasons;
+  for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) {
+    const auto k = static_cast<std::size_t>(m);
+    RecordEstimate estimate;
+    estimate.value = values[k];
+    estimate.sigma = std::sqrt(std::max(0.0, fit.covariance(m, m)));
+    estimate.per_R_s = fit.per_R_s[m];
+    estimate.unit = kUnits[k];
+    estimate.left_out =
+        result.rejected.empty() ? left_out_reason(fit, m, result.slip, options) : result.rejected;
+    estimate.weak = result.rejected.empty() && !estimate.left_out.empty() && !fit.on_bound[k];
+    if (!estimate.left_out.empty())
+      reasons += (reasons.empty() ? "" : "; ") + std::string(kNames[k]) + ": " + estimate.left_out;
+    if (estimate.left_out.empty()) result.used_for.push_back(kNames[k]);
+    result.parameters[kNames[k]] = estimate;
+  }
+  if (result.rejected.empty() && result.used_for.empty())
+    result.rejected = "determines no parameter: " + reasons;
+}
+
+void fit_one(const DataSet& data, const Record& record, const SeriesSetting& setting,
+             const IdentifyOptions& options, RecordResult& result) {
+  const FrameRecord frame = to_frame(record.series, data.pole_pairs);
+  const MeanConditions mean = mean_conditions(frame);
+  result.f_Hz = mean.f_Hz;
+  result.slip = mean.slip;
+  result.v_peak_V = mean.v_peak_V;
+  result.i_peak_A = mean.i_peak_A;
+  if (!(mean.i_peak_A > 0.0) || !(mean.v_peak_V > 0.0)) {
+    result.rejected = "has no current or no voltage";
+    return;
+  }
+  if (mean.slip > kBackwardSlip) {
+    result.rejected =
+        "the speed runs against the field: the phase order or the sign of the speed is reversed";
+    return;
+  }
+  const TransientFit fit = fit_transient(frame, transient_options(frame, data.pole_pairs, setting));
+  result.nrmse = fit.nrmse;
+  const double noise = data.noise.current_A * frame.noise_gain;
+  if (noise > 0.0) result.chi2_per_dof = std::pow(fit.residual_A / noise, 2);
+  judge(fit, setting.fit_R_s, options, result);
+}
+
+}  // namespace
+
+bool is_series_kind(RecordKind kind) { return kind != RecordKind::kDc && kind != RecordKind::kPoints; }
+
+std::vector<RecordResult> fit_series_records(const DataSet& data, const std::vector<std::size_t>& which,
+                                             const SeriesSetting& setting, const IdentifyOptions& options) {
+  std::vector<RecordResult> results(which.size());
+  std::atomic<std::size_t> next{0};
+  std::mutex telling;
+  std::size_t done = 0;
+  const auto work = [&] {
+    for (std::size_t k = next++; k < which.size(); k = next++) {
+      const Record& record = data.records[which[k]];
+      results[k].id = record.id;
+      results[k].kind = record.kind;
+      try {
+        fit_one(data, record, setting, options, results[k]);
+      } catch (const std::exception& e) {
+        results[k].rejected = e.what();
+      }
+      const std::lock_guard lock(telling);
+      ++done;
+      if (options.progress) options.progress({done, which.size(), record.id});
+    }
+  };
+  std::vector<std::jthread> helpers;
+  for (int t = 1; t < options.threads; ++t) helpers.emplace_back(work);
+  work();
+  helpers.clear();
+  return results;
+}
+
+}  // namespace imrig::est

@@ -1,0 +1,46 @@
+#pragma once
+// Output-error fit of one record: L_m, R_r, L_l (and R_s where nobody knows it) with both initial fluxes as
+// unknowns, inside the bounds of Proca and Keyhani 2002, section III-B: 10 to 300 % of nominal, initial flux
+// within 200 % of the saturation value. NLopt's SLSQP with exact derivatives (record_problem.h) finds the
+// constrained minimum of the error over ln(theta); Gauss-Newton steps then bring it to a small part of a
+// standard deviation. A fit that did not settle, or whose parameter lies on a bound, says so.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "estimators/fit/record_problem.h"
+
+namespace imrig::est {
+
+inline constexpr double kBoundLow = 0.1;
+inline constexpr double kBoundHigh = 3.0;
+inline constexpr double kBoundFlux = 2.0;
+
+struct TransientOptions {
+  MachineParameters<double> nominal;  // bounds are relative to it; its R_s is the value used, unless fit_R_s
+  std::vector<MachineParameters<double>>
+      starts;  // tried in order of their error, best first; the nominal is always one of them
+  bool bounds_move =
+      false;  // the nominal is itself a guess from data: a bound that is hit is moved, up to three times
+  bool fit_R_s = false;
+  double saturation_flux_Wb = 0.5;  // for the bound of the initial fluxes
+};
+
+struct TransientFit {
+  std::string failure;  // empty when it converged
+  MachineParameters<double> theta;
+  FluxState<double> start;  // Wb, in the frame, at the first sample
+  std::array<bool, kCircuit> on_bound{};
+  bool flux_on_bound = false;
+  Eigen::Matrix4d covariance =
+      Eigen::Matrix4d::Zero();  // of theta, from this record's residuals; R_s row zero where it was given
+  Eigen::Vector4d per_R_s = Eigen::Vector4d::Zero();  // d theta / d R_s where R_s was given
+  double nrmse = kMissing;                            // rms of the residual over rms of the current
+  double residual_A = kMissing;                       // rms per component
+  int evaluations = 0;
+};
+
+TransientFit fit_transient(const FrameRecord& record, const TransientOptions& options);
+
+}  // namespace imrig::est
