@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "plant/plant.h"
+#include "plant/excitation.h"
 #include "plant/modbus_request.h"
 #include "plant/modbus_server.h"
 

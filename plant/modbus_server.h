@@ -13,7 +13,7 @@
 #include <memory>
 #include <string>
 
-#include "plant/plant.h"
+#include "plant/excitation.h"
 
 namespace imrig::plant {
 

@@ -29,7 +29,7 @@ namespace imrig::est {
 struct SampleBlock {
   std::int64_t boot_id = 0;
   std::int64_t first_index = 0;     // >= 0, on the device's clock
-  std::int64_t sample_time_ns = 0;  // 1 us .. 10 ms, else the block is refused
+  std::int64_t sample_time_ns = 0;  // 5 us .. 10 ms, else the block is refused
   bool gates_on = false;
   double current_A_per_count = 0.0;
   double voltage_V_per_count = 0.0;

@@ -1,0 +1,164 @@
+#include "estimators/online/tone.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "rig/base/space_vector.h"
+
+namespace imrig::est {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr std::size_t kRenewed = 128;  // samples after which the rotation starts from an exact angle again
+constexpr double kHysteresis = 0.4;    // of the amplitude: a line is within 3 % of a sine up to there
+constexpr int kRefinements = 4;
+constexpr double kSettled = 1e-13;    // rad per sample
+constexpr double kLargestStep = 0.5;  // of w: further off, the crossings were none
+
+double dirichlet(double x, double n) {
+  const double half = 0.5 * x;
+  const double below = std::sin(half);
+  return std::abs(below) < 1e-12 ? n : std::sin(n * half) / below;
+}
+
+struct Moments {
+  Complex positive, negative, zero;  // sums of x e^{-jw(k-c)}, x e^{+jw(k-c)}, x
+};
+
+Moments moments(std::span<const Complex> x, double w) {
+  const double c = 0.5 * (static_cast<double>(x.size()) - 1.0);
+  const Complex step = std::polar(1.0, w);
+  Moments sum;
+  for (std::size_t first = 0; first < x.size(); first += kRenewed) {
+    Complex turn = std::polar(1.0, w * (static_cast<double>(first) - c));
+    const std::size_t end = std::min(first + kRenewed, x.size());
+    for (std::size_t k = first; k < end; ++k) {
+      const double a = x[k].real() * turn.real(), b = x[k].imag() * turn.imag();
+      const double d = x[k].real() * turn.imag(), e = x[k].imag() * turn.real();
+      sum.positive += Complex(a + b, e - d);
+      sum.negative += Complex(a - b, e + d);
+      sum.zero += x[k];
+      turn = Complex(turn.real() * step.real() - turn.imag() * step.imag(),
+                     turn.real() * step.imag() + turn.imag() * step.real());
+    }
+  }
+  return sum;
+}
+
+double energy(std::span<const Complex> x) {
+  double sum = 0.0;
+  for (const Complex& v : x) sum += std::norm(v);
+  return sum;
+}
+
+// Rising zero crossings of one component, seen through a Schmitt trigger.
+class Crossings {
+ public:
+  explicit Crossings(double threshold) : threshold_(threshold) {}
+
+  // True at the sample that completes a crossing; at() then tells where, in samples.
+  bool take(double value, double k) {
+    if (value < -threshold_) {
+      armed_ = true;
+      sums_ = {};
+      return false;
+    }
+    if (!armed_) return false;
+    sums_.add(value, k);
+    if (value < threshold_) return false;
+    armed_ = false;
+    at_ = sums_.zero(k);
+    return true;
+  }
+  double at() const { return at_; }
+
+ private:
+  // Straight line through the samples since the lower threshold.
+  struct Sums {
+    double n = 0.0, k = 0.0, kk = 0.0, v = 0.0, kv = 0.0;
+    void add(double value, double at) {
+      n += 1.0;
+      k += at;
+      kk += at * at;
+      v += value;
+      kv += at * value;
+    }
+    double zero(double fallback) const {
+      const double slope = (n * kv - k * v) / (n * kk - k * k);
+      return n > 1.5 && slope > 0.0 ? (k - v / slope) / n : fallback;
+    }
+  };
+
+  double threshold_;
+  bool armed_ = false;
+  Sums sums_;
+  double at_ = 0.0;
+};
+
+}  // namespace
+
+Tone fit_tone(std::span<const Complex> x, double w) {
+  const auto n = static_cast<double>(x.size());
+  const Moments m = moments(x, w);
+  const double d1 = dirichlet(w, n), d2 = dirichlet(2.0 * w, n);
+  Eigen::Matrix3d gram;
+  gram << n, d2, d1, d2, n, d1, d1, d1, n;
+  Eigen::Vector3cd sums(m.positive, m.negative, m.zero);
+  const Eigen::Matrix3d inverse = gram.inverse();
+  const Eigen::Vector3cd fit = inverse * sums;
+  const double left = energy(x) - fit.dot(sums).real();  // dot conjugates its left side
+  return {fit[0], fit[1], fit[2], std::sqrt(std::max(left, 0.0) / n)};
+}
+
+std::optional<double> crossing_frequency(std::span<const Complex> x, double amplitude) {
+  Crossings along(kHysteresis * amplitude);
+  Crossings across(kHysteresis * amplitude);
+  struct Train {
+    double first = 0.0, last = 0.0;
+    int count = 0;
+    void take(double at) {
+      if (count++ == 0) first = at;
+      last = at;
+    }
+    double periods() const { return count > 1 ? count - 1 : 0; }
+  } alpha, beta;
+  double sense = 0.0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (along.take(x[k].real(), static_cast<double>(k))) {
+      alpha.take(along.at());
+      sense -= x[k].imag();  // a vector that turns from a to b is in -beta when alpha rises
+    }
+    if (across.take(x[k].imag(), static_cast<double>(k))) {
+      beta.take(across.at());
+      sense += x[k].real();
+    }
+  }
+  const double periods = alpha.periods() + beta.periods();
+  if (periods < 1.0 || std::abs(alpha.count - beta.count) > 1) return std::nullopt;
+  const double samples = (alpha.last - alpha.first) + (beta.last - beta.first);
+  return std::copysign(2.0 * kPi * periods / samples, sense);
+}
+
+std::optional<double> phase_slope_frequency(std::span<const Complex> x, double w) {
+  const std::size_t half = x.size() / 2;
+  const double apart = static_cast<double>(x.size() - half);  // between the middles of first and last half
+  double refined = w;
+  for (int i = 0; i < kRefinements; ++i) {
+    const Complex first = fit_tone(x.first(half), refined).positive;
+    const Complex last = fit_tone(x.last(half), refined).positive;
+    const double step = std::arg(last * std::conj(first) * std::polar(1.0, -refined * apart)) / apart;
+    refined += step;
+    if (std::abs(refined - w) > kLargestStep * std::abs(w)) return std::nullopt;
+    if (std::abs(step) < kSettled) break;
+  }
+  return refined;
+}
+
+double frequency_sigma(double amplitude, double noise_rms, std::size_t n) {
+  const auto count = static_cast<double>(n);
+  return std::sqrt(8.0) * noise_rms / (amplitude * count * std::sqrt(count));
+}
+
+}  // namespace imrig::est
