@@ -205,6 +205,15 @@ class Expansion {
   std::set<std::string> ids_;
 };
 
+// Spreads the bits of a hash: ids that differ in their last letter alone must not stay neighbours (finalizer of MurmurHash3).
+std::uint64_t spread(std::uint64_t x) {
+  x ^= x >> 33;
+  x *= 0xff51afd7ed558ccdull;
+  x ^= x >> 33;
+  x *= 0xc4ceb9fe1a85ec53ull;
+  return x ^ (x >> 33);
+}
+
 // Holdouts by list of ids, or a fraction of the step records, spread by a hash of the id so that the choice outlives edits elsewhere.
 void mark_holdouts(const ConfigReader& file, Plan& plan) {
   if (file.has("holdout")) {
@@ -220,7 +229,7 @@ void mark_holdouts(const ConfigReader& file, Plan& plan) {
   const double fraction = file.number_or("holdout_fraction", 0.0, {0, 0.9});
   std::vector<std::pair<std::uint64_t, std::string>> steps;
   for (const PlanPoint& point : plan.points)
-    if (point.kind == PointKind::kStep && point.repeat_of.empty()) steps.emplace_back(fnv1a64(point.id), point.id);
+    if (point.kind == PointKind::kStep && point.repeat_of.empty()) steps.emplace_back(spread(fnv1a64(point.id)), point.id);
   std::sort(steps.begin(), steps.end());
   std::set<std::string> chosen;
   const auto count = static_cast<std::size_t>(std::lround(fraction * static_cast<double>(steps.size())));

@@ -151,7 +151,6 @@ struct Runner::State {
     std::string id;
     int number;
     std::int64_t samples;
-    std::int64_t end_index;
     std::int64_t since_us;
   };
   std::deque<Unconfirmed> unconfirmed;
@@ -292,7 +291,7 @@ struct Runner::State {
     dataset_t d = {};
     stamp(d);
     d.dataset_v1 = 1;
-    d.name = c.plan_name;
+    d.name = c.plan.name;
     d.pole_pairs = c.rig.motor.pole_pairs;
     d.noise_current_A = d.noise_voltage_V = d.noise_speed_rad_s = d.noise_torque_Nm = d.noise_power_W = std::nan("");
     d.accuracy_current_gain = c.rig.accuracy.current_gain;
@@ -514,7 +513,7 @@ struct Runner::State {
     r.number = record_number;
     r.id = p.point.id;
     r.kind = point_kind_word(p.point.kind);
-    r.campaign = c.plan_name;
+    r.campaign = c.plan.name;
     r.config_hash = c.config_hash;
     r.plan_point = p.plan_index;
     r.pole_pairs = c.rig.motor.pole_pairs;
@@ -559,7 +558,7 @@ struct Runner::State {
       publish_end(record_t::ABORTED);
       return fmt::format("{} of {} samples are missing", expected - got, expected);
     }
-    unconfirmed.push_back({current().point.id, record_number, expected, watch.record_end(), now.steady_us});
+    unconfirmed.push_back({current().point.id, record_number, expected, now.steady_us});
     publish_end(record_t::COMPLETE);
     next_action(now);
     return "";
@@ -569,7 +568,7 @@ struct Runner::State {
     if (recording) publish_end(record_t::ABORTED);
   }
 
-  // The recorder acknowledges what it has written; a record's end is flushed to disk before the acknowledgement that covers it.
+  // A point is done once the recorder says that its record's end is on disk.
   void confirm(Moment now) {
     while (!unconfirmed.empty()) {
       const Unconfirmed& u = unconfirmed.front();
@@ -591,7 +590,7 @@ struct Runner::State {
   }
 
   bool is_on_disk(const Unconfirmed& u) const {
-    return recorder && recorder->boot_id == watch.boot_id() && recorder->read_index >= u.end_index && recorder_heard_us > u.since_us;
+    return recorder && recorder->boot_id == watch.boot_id() && recorder->flushed_record >= u.number;
   }
 
   void attempt_failed(const std::string& why, Moment now) {
@@ -686,7 +685,7 @@ struct Runner::State {
     s.points_done = done;
     s.points_total = c.points_total;
     s.trip = end_wanted == RunnerEnd::kTripped ? tripped() : 0;
-    s.plan = c.plan_name;
+    s.plan = c.plan.name;
     s.point_id = point < c.points.size() ? current().point.id : "";
     emit(s);
   }
@@ -753,6 +752,17 @@ struct Runner::State {
   }
 };
 
+const char* end_word(RunnerEnd end) {
+  switch (end) {
+    case RunnerEnd::kDone: return "done";
+    case RunnerEnd::kStopped: return "stopped";
+    case RunnerEnd::kTripped: return "tripped";
+    case RunnerEnd::kFailed: return "failed";
+    case RunnerEnd::kRunning: return "running";
+  }
+  return "";
+}
+
 Runner::Runner(RunnerConfig config) : s_(std::make_unique<State>(std::move(config))) {}
 Runner::~Runner() = default;
 
@@ -794,6 +804,7 @@ std::vector<RunnerOutput> Runner::step(Moment now) { return s_->run(now); }
 RunnerEnd Runner::end() const { return s_->end; }
 std::string Runner::end_reason() const { return s_->reason; }
 int Runner::points_done() const { return s_->done; }
+std::int64_t Runner::lost_blocks() const { return s_->watch.lost_blocks(); }
 int Runner::points_failed() const { return s_->failed; }
 std::string Runner::point_id() const { return s_->point < s_->c.points.size() ? s_->current().point.id : ""; }
 

@@ -35,11 +35,9 @@
 namespace imrig {
 
 struct RunnerConfig {
-  std::string plan_name;
   std::int64_t config_hash = 0;
   RigConfig rig;
-  Motion motion;
-  Plan plan;                          // limits and rates
+  Plan plan;                          // name and rates
   std::vector<CheckedPoint> points;   // in the order to run, finished ones left out
   int points_total = 0;               // with those finished in earlier runs
   int first_record_number = 1;
@@ -67,6 +65,7 @@ using RunnerOutput = std::variant<imrig_msg::bridge_cmd_t, imrig_msg::dyno_cmd_t
                                   RunnerEvent>;
 
 enum class RunnerEnd { kRunning, kDone, kStopped, kTripped, kFailed };
+const char* end_word(RunnerEnd end);  // "done", "stopped", "tripped", "failed"
 
 class Runner {
  public:
@@ -89,6 +88,7 @@ class Runner {
   std::string end_reason() const;   // one sentence
   int points_done() const;          // earlier runs included
   int points_failed() const;
+  std::int64_t lost_blocks() const; // of samples, as seen by the campaign
   std::string point_id() const;     // running now
 
  private:

@@ -21,15 +21,6 @@ void feed(Bus& bus, const char* name, Runner& runner) {
   subscribe<Message>(bus, name, [&runner](const Message& message) { runner.on(message, now()); });
 }
 
-const char* end_word(RunnerEnd end) {
-  switch (end) {
-    case RunnerEnd::kDone: return "done";
-    case RunnerEnd::kStopped: return "stopped";
-    case RunnerEnd::kTripped: return "tripped";
-    default: return "failed";
-  }
-}
-
 // Publishes messages, writes events; a journal that fails stops the campaign and is told once the rig rests.
 class Outlet {
  public:

@@ -1,5 +1,6 @@
 #pragma once
 // The processes of one rig, started in order of health and stopped in reverse: emulator (optional), bridge, dyno, recorder, estimator.
+// Each one must say ready before the next is started.
 
 #include <functional>
 #include <memory>
@@ -9,45 +10,49 @@
 
 #include "rig/base/rig_config.h"
 #include "rig/cli/supervisor/child_process.h"
+#include "rig/cli/supervisor/keeper.h"
 
 namespace imrig {
 
 struct RigRequest {
-  std::string folder;                // run folder: logs of the processes, generated rig.toml
-  RigConfig rig;                     // as configured; links and port are replaced when private_rig
-  std::optional<std::string> rig_path;  // its file, if it came from one
-  std::string plant_path;            // emulate this plant; empty: hardware
+  std::string folder;           // exists: the processes' own logs go here
+  RigConfig rig;
+  std::string rig_path;         // its file; empty: it is written to rig_copy
+  std::string rig_copy;
+  std::string plant_path;       // emulate this plant; empty: hardware
   std::string pace = "realtime";
-  long long seed = 1;
-  bool private_rig = false;          // own free ports and LCM port, written to folder/rig.toml
-  std::string recorder_out;          // event log; empty: no recorder
+  std::optional<long long> seed;
+  bool private_ports = false;   // own free ports for link, Modbus and LCM; needs plant_path and no rig_path
+  bool rig_runs = false;        // bridge, dyno and estimator run already: start the recorder alone
+  std::string recorder_out;     // event log
 };
 
 class RigProcesses {
  public:
-  // Starts everything; throws Error naming the process that failed and its last words, after stopping the others.
+  // Starts everything. Throws Error with the last words of the process that failed, after stopping the others.
   explicit RigProcesses(RigRequest request, const std::function<bool()>& give_up = {});
   ~RigProcesses();  // stops what still runs
 
-  const std::string& rig_path() const { return rig_path_; }
-  const RigConfig& rig() const { return rig_; }
+  const std::string& rig_path() const { return request_.rig_path; }
+  const RigConfig& rig() const { return request_.rig; }
   const std::vector<std::unique_ptr<ChildProcess>>& children() const { return children_; }
-  std::string link_url() const { return rig_.bridge.link; }
 
-  // Name and last words of a process that has ended by itself, if any.
-  std::optional<std::string> fallen();
+  // One sentence about a process that has ended by itself, empty while all run.
+  std::string fallen();
   // In reverse order. Names of those that had to be killed.
-  std::vector<std::string> stop(int grace_ms = 5000);
+  std::vector<std::string> stop(int grace_ms = 6000);
 
  private:
-  void start(ChildSpec spec, int ready_ms, const std::function<bool()>& give_up, std::string* ready_line = nullptr);
+  void start_all(const std::function<bool()>& give_up);
+  void start_emulator(const std::function<bool()>& give_up);
+  std::string start(const std::string& program, std::vector<std::string> options, const std::function<bool()>& give_up);
+
   RigRequest request_;
-  RigConfig rig_;
-  std::string rig_path_;
+  Keeper keeper_;
   std::vector<std::unique_ptr<ChildProcess>> children_;
 };
 
-// A UDP port that nothing on this machine is bound to now.
+// A UDP port that nothing on this machine is bound to at the moment.
 int free_udp_port();
 
 }  // namespace imrig

@@ -1,0 +1,9 @@
+#pragma once
+// Ctrl-C and SIGTERM as a question that loops can ask.
+
+namespace imrig {
+
+void catch_stop_signals();  // SIGINT, SIGTERM, SIGHUP
+bool stop_asked();
+
+}  // namespace imrig
