@@ -15,6 +15,7 @@ using imrig_msg::segment_t;
 
 constexpr double kMagnetise_s = 0.4;       // at the boost voltage before the shaft starts to turn
 constexpr double kAccelerateShare = 0.25;  // of the pull-out torque at travelling flux
+constexpr double kCrawl = 0.25;            // share of the ramp's rate below crawl_Hz
 constexpr double kLoadedMove = 0.25;       // voltage changes up to this share are made with the load on
 constexpr double kRestBound_s = 90.0;
 constexpr int kTail = 8;                   // samples after a record, so that its last block is sent at once
@@ -55,10 +56,12 @@ class Route {
     if (same(here_.voltage_V, v_V)) return;
     ramp({here_.frequency_Hz, v_V}, std::abs(v_V - here_.voltage_V) / travel_.voltage_ramp_V_per_s);
   }
-  // Along the travelling line, whose knee lies at rated frequency.
+  // Along the travelling line, whose knee lies at rated frequency; slowly where the rotor swings.
   void frequency_to(double f_Hz) {
-    const double knee = travel_.rated_Hz;
-    if ((here_.frequency_Hz - knee) * (f_Hz - knee) < 0) along(knee);
+    const bool up = f_Hz > here_.frequency_Hz;
+    const double low = std::min(travel_.crawl_Hz, travel_.rated_Hz);
+    for (const double knee : {up ? low : travel_.rated_Hz, up ? travel_.rated_Hz : low})
+      if ((here_.frequency_Hz - knee) * (f_Hz - knee) < 0) along(knee);
     along(f_Hz);
   }
   void stay(double seconds) { ramp(here_, seconds); }
@@ -67,9 +70,10 @@ class Route {
  private:
   void along(double f_Hz) {
     if (same(here_.frequency_Hz, f_Hz)) return;
-    const double fastest = std::max({here_.frequency_Hz, f_Hz, travel_.rated_Hz});
-    const double weakening = travel_.rated_Hz / fastest;
-    const double rate = travel_.frequency_ramp_Hz_per_s * weakening * weakening;
+    const double fastest = std::max(here_.frequency_Hz, f_Hz);
+    const double weakening = travel_.rated_Hz / std::max(fastest, travel_.rated_Hz);
+    const double share = fastest <= travel_.crawl_Hz ? kCrawl : weakening * weakening;
+    const double rate = travel_.frequency_ramp_Hz_per_s * share;
     ramp({f_Hz, travelling_V(travel_, f_Hz)}, std::abs(f_Hz - here_.frequency_Hz) / rate);
   }
   void ramp(Operating to, double seconds) {
@@ -122,6 +126,7 @@ Travel travel_of(const Plan& plan, const RigConfig& rig, double sample_time_s) {
   const double pull_out_Nm = 1.5 * m.pole_pairs * flux * flux / (2 * m.L_l_H);
   const double able_Hz_per_s = kAccelerateShare * pull_out_Nm / m.J_kgm2 * m.pole_pairs / (2 * kPi);
   travel.frequency_ramp_Hz_per_s = std::min(plan.motion.frequency_ramp_Hz_per_s, able_Hz_per_s);
+  travel.crawl_Hz = (m.R_s_ohm + m.R_r_ohm) / (2 * kPi * m.L_l_H);
   travel.voltage_ramp_V_per_s = plan.motion.voltage_ramp_V_per_s;
   travel.unload_s = plan.motion.unload_s;
   return travel;

@@ -42,6 +42,7 @@ struct Travel {
   double rated_V = 180.0;        // peak phase
   double rated_Hz = 60.0;
   double boost_V = 4.0;
+  double crawl_Hz = 16.0;  // below it, where 2 pi f L_l < R_s + R_r, rotor and field swing against each other: ramps are slower
   double frequency_ramp_Hz_per_s = 60.0;
   double voltage_ramp_V_per_s = 400.0;
   double unload_s = 0.4;
