@@ -24,7 +24,8 @@ std::complex<double> DiodeBridge::axis(int phase) {
 }
 
 int DiodeBridge::conducting() const {
-  return static_cast<int>(std::count_if(legs_.begin(), legs_.end(), [](Leg leg) { return leg != Leg::kOff; }));
+  return static_cast<int>(
+      std::count_if(legs_.begin(), legs_.end(), [](Leg leg) { return leg != Leg::kOff; }));
 }
 
 void DiodeBridge::take_over(std::complex<double> i_s) {
@@ -54,7 +55,8 @@ bool DiodeBridge::conduct_where_forced(std::complex<double> v_s) {
   const auto v = phases(v_s);
   if (conducting() == 2) {
     // The star point lies at half the floating phase's voltage, since the two poles cancel.
-    const auto off = static_cast<std::size_t>(std::find(legs_.begin(), legs_.end(), Leg::kOff) - legs_.begin());
+    const auto off =
+        static_cast<std::size_t>(std::find(legs_.begin(), legs_.end(), Leg::kOff) - legs_.begin());
     const double potential = 1.5 * v[off];
     if (std::abs(potential) <= half_V_) return false;
     legs_[off] = potential > 0.0 ? Leg::kUpper : Leg::kLower;
@@ -84,7 +86,8 @@ std::complex<double> DiodeBridge::block(int phase, std::complex<double> i_s) {
   const auto i = phases(left);
   for (int k = 0; k < 3; ++k) {
     // Two currents that vanish together leave a pair that is empty or runs against its diodes.
-    if (k != phase && (std::abs(i[static_cast<std::size_t>(k)]) < kNothing_A || reversed(k, i[static_cast<std::size_t>(k)]))) {
+    if (k != phase && (std::abs(i[static_cast<std::size_t>(k)]) < kNothing_A ||
+                       reversed(k, i[static_cast<std::size_t>(k)]))) {
       block_all();
       return 0.0;
     }

@@ -29,7 +29,8 @@ Drive::Drive(const PlantConfig& config)
       effects_(config.effects),
       base_{config.machine.R_s_ohm, config.machine.R_r_ohm, 0.0},
       n_p_(config.machine.pole_pairs) {
-  if (size() > kMaxStates) throw Error("plant " + config.name, "its effects have more states than the plant can carry");
+  if (size() > kMaxStates)
+    throw Error("plant " + config.name, "its effects have more states than the plant can carry");
 }
 
 State Drive::initial() const {
@@ -44,7 +45,8 @@ Currents Drive::currents(const Conditions& at, const double* own) const {
   return i;
 }
 
-// Currents through the bars and, where there is iron loss, through a conductance G across the rotor's flux linkage, all of which link psi_r:
+// Currents through the bars and, where there is iron loss, through a conductance G across the rotor's flux
+// linkage, all of which link psi_r:
 //   i_r = i_bar - G e,   e = d psi_r/dt = j w psi_r - R_r i_bar.
 void Drive::rotor_flow(Conditions& at) const {
   const Complex motion = turned(n_p_ * at.w_mech, at.psi_r);
@@ -58,7 +60,8 @@ void Drive::rotor_flow(Conditions& at) const {
   at.torque_Nm = -1.5 * n_p_ * (at.psi_r.real() * at.i_bar.imag() - at.psi_r.imag() * at.i_bar.real());
 }
 
-// How the stator's current answers its fluxes: known in the linear circuit, else by central differences around the point.
+// How the stator's current answers its fluxes: known in the linear circuit, else by central differences
+// around the point.
 Drive::Sensitivity Drive::sensitivity(const Conditions& at, const double* own) const {
   if (effects_.currents().empty()) {
     const double g = 1.0 / circuit_.transient_inductance();
@@ -87,13 +90,15 @@ Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
   switch (terminals.kind) {
     case Terminals::Kind::kInverter: {
       Complex v = terminals.v_s;
-      for (const auto& slot : effects_.applied_voltage()) slot.effect->applied_voltage(at, own + slot.offset, v);
+      for (const auto& slot : effects_.applied_voltage())
+        slot.effect->applied_voltage(at, own + slot.offset, v);
       return v;
     }
     case Terminals::Kind::kClamped:
       return terminals.v_s;
     case Terminals::Kind::kPair: {
-      // Only the rate of the current along the axis has to vanish: add to the known rate what its answer along the axis needs.
+      // Only the rate of the current along the axis has to vanish: add to the known rate what its answer
+      // along the axis needs.
       const Sensitivity d = sensitivity(at, own);
       const Complex axis = terminals.axis;
       const Complex drop = at.R.R_s * at.i.s;
@@ -120,6 +125,7 @@ Drive::Flow Drive::flow(const double* x) const {
   at.angle = x[kAngle];
   at.psi_d = x[kPsiD], at.psi_q = x[kPsiQ], at.psi_f = x[kPsiF];
   at.i = currents(at, own);
+  if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
   at.R = base_;
   for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
   rotor_flow(at);

@@ -1,6 +1,6 @@
 #pragma once
-// The continuous part of the plant as one ordinary differential equation. States: stator and rotor flux linkage (stator frame, T circuit),
-// shaft speed and angle, generator fluxes, then the states of the effects.
+// The continuous part of the plant as one ordinary differential equation. States: stator and rotor flux
+// linkage (stator frame, T circuit), shaft speed and angle, generator fluxes, then the states of the effects.
 //   d psi_s/dt = v_s - R_s i_s
 //   d psi_r/dt = -R_r i_r + j n_p w psi_r          (with iron: see rotor_flow in drive.cc)
 //   T = -(3/2) n_p Im(conj(psi_r) i_bar),   J dw/dt = T + T_generator - T_drag,   d theta/dt = w
@@ -19,15 +19,25 @@ namespace imrig::plant {
 
 inline constexpr std::size_t kMaxStates = 64;
 using State = std::array<double, kMaxStates>;  // the first Drive::size() count
-enum StateIndex : std::size_t { kPsiS = 0, kPsiR = 2, kSpeed = 4, kAngle = 5, kPsiD = 6, kPsiQ = 7, kPsiF = 8, kOwn = 9 };
+enum StateIndex : std::size_t {
+  kPsiS = 0,
+  kPsiR = 2,
+  kSpeed = 4,
+  kAngle = 5,
+  kPsiD = 6,
+  kPsiQ = 7,
+  kPsiF = 8,
+  kOwn = 9
+};
 
 // Who decides the stator's voltage.
 struct Terminals {
   enum class Kind {
     kInverter,  // v_s from the switched inverter
     kClamped,   // v_s from three conducting diodes
-    kPair,      // two phases conduct: v_s gives the component across `axis`, the third phase's axis; along it the current stays as it is
-    kOpen       // nothing conducts: the current stays as it is, zero
+    kPair,  // two phases conduct: v_s gives the component across `axis`, the third phase's axis; along it the
+            // current stays as it is
+    kOpen   // nothing conducts: the current stays as it is, zero
   };
   Kind kind = Kind::kOpen;
   std::complex<double> v_s = 0.0;   // V

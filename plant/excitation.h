@@ -3,7 +3,8 @@
 
 namespace imrig::plant {
 
-// Set-points. A protection level that the output passes switches it off until output_on is withdrawn; a level that is not positive is none.
+// Set-points. A protection level that the output passes switches it off until output_on is withdrawn; a level
+// that is not positive is none.
 struct ExcitationCommand {
   double set_V = 0.0;
   double set_A = 0.0;

@@ -1,7 +1,9 @@
 #pragma once
-// The field's DC supply. It gives the smaller of two voltages: the ramped set voltage, and what a PI current loop asks for,
+// The field's DC supply. It gives the smaller of two voltages: the ramped set voltage, and what a PI current
+// loop asks for,
 //   v = min(v_set, k_p (I_set - i) + k_i integral(I_set - i)), within [0, max_V];
-// the loop integrates only while it is in charge. Off, or tripped, the field freewheels on zero volts. Updated at a fixed period, held between.
+// the loop integrates only while it is in charge. Off, or tripped, the field freewheels on zero volts.
+// Updated at a fixed period, held between.
 
 #include "plant/excitation.h"
 #include "plant/plant_config.h"

@@ -1,7 +1,8 @@
 #pragma once
-// Advances the drive while the gates are off. Within a stretch the set of conducting diodes is fixed; where a current runs through zero the
-// stretch ends there, found by bracketing, and its diode blocks. Diodes begin to conduct only at the start of a stretch, so at most one
-// sample late and at zero current: nothing chatters, and no stretch can create energy. The current is exactly zero in a blocked phase.
+// Advances the drive while the gates are off. Within a stretch the set of conducting diodes is fixed; where a
+// current runs through zero the stretch ends there, found by bracketing, and its diode blocks. Diodes begin
+// to conduct only at the start of a stretch, so at most one sample late and at zero current: nothing
+// chatters, and no stretch can create energy. The current is exactly zero in a blocked phase.
 
 #include "plant/diode_bridge.h"
 #include "plant/drive.h"
@@ -28,10 +29,12 @@ class Freewheel {
   Crossing first_reversal(const State& from, State& to, double duration_s);
   double find_zero(const State& from, State& to, int phase, double duration_s);
   double current(const State& x, int phase) const;
+  void place_current(State& x, std::complex<double> i_s);
 
   DiodeBridge bridge_;
   Drive& drive_;
   Integrator& integrator_;
+  bool fresh_ = true;  // as in Integrator
 };
 
 }  // namespace imrig::plant

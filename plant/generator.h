@@ -1,11 +1,14 @@
 #pragma once
-// The load: a round-rotor synchronous generator with field winding on a resistor box, dq model in the rotor's frame (motor signs, peak values):
+// The load: a round-rotor synchronous generator with field winding on a resistor box, dq model in the rotor's
+// frame (motor signs, peak values):
 //   psi_d = L i_d + M i_f,   psi_q = L i_q,   psi_f = L_f i_f + (3/2) M i_d,
 //   d psi_d/dt = -R i_d + w psi_q,   d psi_q/dt = -R i_q - w psi_d,   d psi_f/dt = v_f - R_f i_f,
-// R = R_a + R_load, w = p w_mech. Torque on the shaft (3/2) p (psi_d i_q - psi_q i_d), negative where it generates; steady state:
+// R = R_a + R_load, w = p w_mech. Torque on the shaft (3/2) p (psi_d i_q - psi_q i_d), negative where it
+// generates; steady state:
 //   T = -(3/2) p w (M i_f)^2 R / (R^2 + (w L)^2).
-// The field winding is linear and has no dampers beside it; an unexcited field is closed by the supply's freewheeling path.
-// Source: Krause, Analysis of Electric Machinery, chapter 5, with L_d = L_q and without damper windings.
+// The field winding is linear and has no dampers beside it; an unexcited field is closed by the supply's
+// freewheeling path. Source: Krause, Analysis of Electric Machinery, chapter 5, with L_d = L_q and without
+// damper windings.
 
 #include "plant/plant_config.h"
 

@@ -1,6 +1,7 @@
 #pragma once
-// Averaged two-level inverter: the mean of the phase voltages over a PWM cycle is what was asked for, inside the circle |v| <= V_dc/sqrt(3)
-// (the largest that space-vector modulation reaches at every angle); beyond it the vector is shortened, its angle kept. The DC link is stiff.
+// Averaged two-level inverter: the mean of the phase voltages over a PWM cycle is what was asked for, inside
+// the circle |v| <= V_dc/sqrt(3) (the largest that space-vector modulation reaches at every angle); beyond it
+// the vector is shortened, its angle kept. The DC link is stiff.
 
 #include <complex>
 

@@ -1,6 +1,6 @@
 #pragma once
-// Normal random numbers whose bits depend on the seed alone: the standard fixes std::mt19937_64 but not std::normal_distribution.
-// Marsaglia's polar method (Marsaglia and Bray, SIAM Review 6, 1964).
+// Normal random numbers whose bits depend on the seed alone: the standard fixes std::mt19937_64 but not
+// std::normal_distribution. Marsaglia's polar method (Marsaglia and Bray, SIAM Review 6, 1964).
 
 #include <cmath>
 #include <cstdint>

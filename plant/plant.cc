@@ -27,7 +27,8 @@ const PlantConfig& checked(const PlantConfig& config) {
 }
 
 bool usable(const InverterCommand& command) {
-  return command.gates_on && std::isfinite(command.v[0]) && std::isfinite(command.v[1]) && std::isfinite(command.v[2]);
+  return command.gates_on && std::isfinite(command.v[0]) && std::isfinite(command.v[1]) &&
+         std::isfinite(command.v[2]);
 }
 
 }  // namespace
@@ -82,7 +83,8 @@ void Plant::Parts::excite() {
 }
 
 void Plant::Parts::drive_with(SpaceVector asked_V) {
-  const Terminals held{Terminals::Kind::kInverter, averaged_inverter(asked_V, config.inverter.dc_link_V), 1.0};
+  const Terminals held{Terminals::Kind::kInverter, averaged_inverter(asked_V, config.inverter.dc_link_V),
+                       1.0};
   fresh = fresh || !gates_on || drive.terminals.v_s != held.v_s;
   gates_on = true;
   drive.terminals = held;
@@ -99,7 +101,8 @@ void Plant::Parts::run_down() {
   gates_on = false;
 }
 
-// Whole turns are counted apart, so that the angle keeps its resolution for ever. Both integrators are left undisturbed most of the time.
+// Whole turns are counted apart, so that the angle keeps its resolution for ever. Both integrators are left
+// undisturbed most of the time.
 void Plant::Parts::count_turns() {
   fresh = false;
   if (x[kAngle] >= 0.0 && x[kAngle] < kTurn) return;
@@ -131,7 +134,8 @@ RawSample Plant::Parts::sample() {
   const auto i = phases(observed.i_s);
   const auto v = phases(filter.output());
   Measured values{{i[0], i[1], i[2]}, {v[0], v[1], v[2]}, observed.angle_rad, config.sensors.stator_C};
-  for (const auto& slot : drive.effects().measured()) slot.effect->measured(flow.at, drive.own(x, slot), values);
+  for (const auto& slot : drive.effects().measured())
+    slot.effect->measured(flow.at, drive.own(x, slot), values);
   observed.stator_C = values.stator_C;
   return sensors.sample(values, turns);
 }

@@ -1,7 +1,8 @@
 #pragma once
-// The plant behind the DSP's wires: motor, load generator with its excitation supply, inverter, sensors. Equations: docs/plant.md.
-// One step is one sample time of the analogue-to-digital converter. The clock is the step's index; time is index x sample time and is never
-// accumulated. The same configuration and the same commands give the same bits.
+// The plant behind the DSP's wires: motor, load generator with its excitation supply, inverter, sensors.
+// Equations: docs/plant.md. One step is one sample time of the analogue-to-digital converter. The clock is
+// the step's index; time is index x sample time and is never accumulated. The same configuration and the same
+// commands give the same bits.
 
 #include <complex>
 #include <cstdint>
@@ -14,15 +15,17 @@ namespace imrig::plant {
 struct PlantConfig;
 struct Powers;
 
-// Phase voltages against the star point in V, held over the step; a common part is without effect. They are limited to the circle of
-// radius V_dc/sqrt(3). With gates_on false all six switches are open and the freewheeling diodes decide.
+// Phase voltages against the star point in V, held over the step; a common part is without effect. They are
+// limited to the circle of radius V_dc/sqrt(3). With gates_on false all six switches are open and the
+// freewheeling diodes decide.
 struct InverterCommand {
   double v[3] = {0.0, 0.0, 0.0};
   bool gates_on = false;
 };
 
-// What the converters and the encoder counter hold at the end of the step: signed counts with zero in the middle of the range, phases a, b, c.
-// Physical values: counts x SensorScale. The encoder counts on over turns and wraps modulo 2^32.
+// What the converters and the encoder counter hold at the end of the step: signed counts with zero in the
+// middle of the range, phases a, b, c. Physical values: counts x SensorScale. The encoder counts on over
+// turns and wraps modulo 2^32.
 struct RawSample {
   std::int16_t i[3];
   std::int16_t v[3];
@@ -39,18 +42,19 @@ struct SensorScale {
   int encoder_counts_per_rev;
 };
 
-// The true state at the end of the last step, for tests and reports; no sensor sees it. Stator frame, amplitude-invariant vectors, T circuit.
+// The true state at the end of the last step, for tests and reports; no sensor sees it. Stator frame,
+// amplitude-invariant vectors, T circuit.
 struct Observed {
-  std::int64_t index = 0;          // steps made
-  std::complex<double> v_s;        // V, at the motor's terminals, as held over the step (gates off: at its end)
-  std::complex<double> i_s, i_r;   // A, into the winding
+  std::int64_t index = 0;    // steps made
+  std::complex<double> v_s;  // V, at the motor's terminals, as held over the step (gates off: at its end)
+  std::complex<double> i_s, i_r;      // A, into the winding
   std::complex<double> psi_s, psi_r;  // Wb
-  double torque_Nm = 0.0;          // air-gap torque of the motor
-  double load_Nm = 0.0;            // the generator's braking torque (positive against positive speed)
-  double drag_Nm = 0.0;            // friction, against the motion
+  double torque_Nm = 0.0;             // air-gap torque of the motor
+  double load_Nm = 0.0;               // the generator's braking torque (positive against positive speed)
+  double drag_Nm = 0.0;               // friction, against the motion
   double w_mech_rad_s = 0.0;
   double speed_rpm = 0.0;
-  double angle_rad = 0.0;          // of the shaft, [0, 2 pi)
+  double angle_rad = 0.0;  // of the shaft, [0, 2 pi)
   std::int64_t turns = 0;
   double generator_i_d_A = 0.0, generator_i_q_A = 0.0, field_A = 0.0, field_V = 0.0;
   double stator_C = 0.0;
@@ -64,19 +68,20 @@ class Plant {
   Plant(Plant&&) noexcept;
   Plant& operator=(Plant&&) noexcept;
 
-  // Advances by one sample time and samples at its end. No allocation. Throws std::runtime_error should the integrator fail. A command that is
-  // not finite opens the gates for the step.
+  // Advances by one sample time and samples at its end. No allocation. Throws std::runtime_error should the
+  // integrator fail. A command that is not finite opens the gates for the step.
   RawSample step(const InverterCommand& command);
 
-  // Taken by the supply's next control period. Set-points that are not finite or negative count as zero; a protection level that is not
-  // positive counts as none. Tripped protection keeps the output off until output_on is withdrawn once.
+  // Taken by the supply's next control period. Set-points that are not finite or negative count as zero; a
+  // protection level that is not positive counts as none. Tripped protection keeps the output off until
+  // output_on is withdrawn once.
   void set_excitation(const ExcitationCommand& command);
   ExcitationReadback excitation() const;
 
   const Observed& state() const;
   Powers powers() const;  // plant/powers.h
   SensorScale scale() const;
-  std::int64_t index() const;           // steps made
+  std::int64_t index() const;  // steps made
   std::int64_t sample_time_ns() const;
   std::int64_t pwm_time_ns() const;
 

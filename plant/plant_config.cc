@@ -19,9 +19,16 @@ MachineConfig read_motor(const ConfigReader& table) {
   const double R_s = table.number("R_s_ohm", {1e-4, 1e4}), R_r = table.number("R_r_ohm", {1e-4, 1e4});
   MachineConfig machine;
   if (table.choice("circuit", {"inverse-gamma", "t"}) == "t") {
-    machine = {name, pole_pairs, R_s, R_r, table.number("L_s_H", kHenry), table.number("L_r_H", kHenry), table.number("L_m_H", kHenry)};
+    machine = {name,
+               pole_pairs,
+               R_s,
+               R_r,
+               table.number("L_s_H", kHenry),
+               table.number("L_r_H", kHenry),
+               table.number("L_m_H", kHenry)};
   } else {
-    machine = machine_of_inverse_gamma(R_s, R_r, table.number("L_l_H", kHenry), table.number("L_m_H", kHenry), pole_pairs);
+    machine = machine_of_inverse_gamma(R_s, R_r, table.number("L_l_H", kHenry), table.number("L_m_H", kHenry),
+                                       pole_pairs);
     machine.name = name;
   }
   return machine;
@@ -68,15 +75,17 @@ SensorsConfig read_sensors(const ConfigReader& table) {
   s.gain_sigma = table.number_or("gain_sigma", s.gain_sigma, {0.0, 0.2});
   s.offset_sigma_counts = table.number_or("offset_sigma_counts", s.offset_sigma_counts, {0.0, 1e4});
   s.voltage_filter_s = table.number_or("voltage_filter_s", s.voltage_filter_s, {0.0, 1.0});
-  s.encoder_counts_per_rev = static_cast<int>(table.integer_or("encoder_counts_per_rev", s.encoder_counts_per_rev, {1, 1 << 24}));
+  s.encoder_counts_per_rev =
+      static_cast<int>(table.integer_or("encoder_counts_per_rev", s.encoder_counts_per_rev, {1, 1 << 24}));
   s.stator_C = table.number_or("stator_C", s.stator_C, {-60.0, 400.0});
   return s;
 }
 
 IntegratorConfig read_integrator(const ConfigReader& root) {
   IntegratorConfig i;
-  i.kind = root.choice_or("integrator", {"sundials", "rk4"}, "sundials") == "rk4" ? IntegratorConfig::Kind::kRk4
-                                                                                   : IntegratorConfig::Kind::kSundials;
+  i.kind = root.choice_or("integrator", {"sundials", "rk4"}, "sundials") == "rk4"
+               ? IntegratorConfig::Kind::kRk4
+               : IntegratorConfig::Kind::kSundials;
   i.rtol = root.number_or("rtol", i.rtol, {1e-13, 1e-2});
   i.atol = root.number_or("atol", i.atol, {1e-15, 1e-2});
   return i;
@@ -100,7 +109,8 @@ PlantConfig read(const ConfigReader& root) {
   c.integrator = read_integrator(root);
   c.machine = read_motor(root.table("motor"));
   if (const auto table = root.table_if("mechanics")) c.mechanics = read_mechanics(*table);
-  if (const auto table = root.table_if("inverter")) c.inverter.dc_link_V = table->number("dc_link_V", {1.0, 1e5});
+  if (const auto table = root.table_if("inverter"))
+    c.inverter.dc_link_V = table->number("dc_link_V", {1.0, 1e5});
   if (const auto table = root.table_if("generator")) c.generator = read_generator(*table);
   if (const auto table = root.table_if("supply")) c.supply = read_supply(*table);
   if (const auto table = root.table_if("sensors")) c.sensors = read_sensors(*table);
@@ -114,18 +124,21 @@ PlantConfig read(const ConfigReader& root) {
   return c;
 }
 
-// The fastest decay of the circuit, bounded from above, times the sample time: what a fixed step of that length still integrates well.
+// The fastest decay of the circuit, bounded from above, times the sample time: what a fixed step of that
+// length still integrates well.
 void check_rate(const PlantConfig& c, const std::string& part, double rate) {
   const double times = rate * static_cast<double>(c.sample_time_ns) * 1e-9;
   if (!(times <= 1.0)) {
     throw Error(part, "its circuit settles faster than the sample time",
-                "raise its inductance or lower its resistance; rate x sample time is " + std::to_string(times) + " and may be 1");
+                "raise its inductance or lower its resistance; rate x sample time is " +
+                    std::to_string(times) + " and may be 1");
   }
 }
 
 }  // namespace
 
-MachineConfig machine_of_inverse_gamma(double R_s_ohm, double R_r_ohm, double L_l_H, double L_m_H, int pole_pairs) {
+MachineConfig machine_of_inverse_gamma(double R_s_ohm, double R_r_ohm, double L_l_H, double L_m_H,
+                                       int pole_pairs) {
   const double L = L_l_H + L_m_H;
   return {"motor", pole_pairs, R_s_ohm, R_r_ohm * L / L_m_H, L, L, std::sqrt(L_m_H * L)};
 }
@@ -139,9 +152,11 @@ PlantConfig parse_plant_config(const std::string& text, const std::string& name)
 void validate(const PlantConfig& c) {
   const MachineConfig& m = c.machine;
   const double D = m.L_s_H * m.L_r_H - m.L_m_H * m.L_m_H;
-  if (!(m.pole_pairs >= 1)) throw Error("motor", "pole_pairs is " + std::to_string(m.pole_pairs), "it must be 1 or more");
+  if (!(m.pole_pairs >= 1))
+    throw Error("motor", "pole_pairs is " + std::to_string(m.pole_pairs), "it must be 1 or more");
   if (!(m.R_s_ohm > 0.0 && m.R_r_ohm > 0.0 && m.L_m_H > 0.0 && D > 0.0)) {
-    throw Error("motor", "these resistances and inductances are no motor", "all positive, and L_m^2 < L_s L_r in the T circuit");
+    throw Error("motor", "these resistances and inductances are no motor",
+                "all positive, and L_m^2 < L_s L_r in the T circuit");
   }
   check_rate(c, "motor", (m.R_s_ohm * m.L_r_H + m.R_r_ohm * m.L_s_H) / D);
   if (!(c.mechanics.J_kgm2 > 0.0)) throw Error("mechanics", "the inertia is not positive");
@@ -155,8 +170,12 @@ void validate(const PlantConfig& c) {
   if (c.sample_time_ns <= 0 || c.pwm_time_ns < c.sample_time_ns || c.pwm_time_ns % c.sample_time_ns != 0) {
     throw Error("pwm_time_ns", "is no whole multiple of sample_time_ns");
   }
-  if (!(c.sensors.voltage_filter_s >= 0.0 && c.sensors.current_range_A > 0.0 && c.sensors.voltage_range_V > 0.0)) {
+  const SensorsConfig& s = c.sensors;
+  if (!(s.voltage_filter_s >= 0.0 && s.current_range_A > 0.0 && s.voltage_range_V > 0.0)) {
     throw Error("sensors", "ranges must be positive and the filter's time constant not negative");
+  }
+  if (s.adc_bits < 4 || s.adc_bits > 16 || s.encoder_counts_per_rev < 1) {
+    throw Error("sensors", "adc_bits must lie in 4..16 and encoder_counts_per_rev be 1 or more");
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
-// The plant's configuration file (models/plants/*.toml, version 1), read strictly: an unknown key or a value out of range is an Error.
-// Every default below is the 2002 paper's set-up (Proca and Keyhani, section VII and Table II) or, where it is silent, a bench like it.
+// The plant's configuration file (models/plants/*.toml, version 1), read strictly: an unknown key or a value
+// out of range is an Error. Every default below is the 2002 paper's set-up (Proca and Keyhani, section VII
+// and Table II) or, where it is silent, a bench like it.
 
 #include <cstdint>
 #include <memory>
@@ -19,9 +20,11 @@ struct MachineConfig {
   double R_s_ohm = 0.0, R_r_ohm = 0.0, L_s_H = 0.0, L_r_H = 0.0, L_m_H = 0.0;
 };
 
-// Inverse-gamma parameters (leakage L_l on the stator side, L_m carries the rotor flux) to the T circuit with L_s = L_r, which looks the same
-// from the terminals: L_s = L_l + L_m, L_mT = sqrt(L_m L_s), R_rT = R_r L_s / L_m.
-MachineConfig machine_of_inverse_gamma(double R_s_ohm, double R_r_ohm, double L_l_H, double L_m_H, int pole_pairs);
+// Inverse-gamma parameters (leakage L_l on the stator side, L_m carries the rotor flux) to the T circuit with
+// L_s = L_r, which looks the same from the terminals: L_s = L_l + L_m, L_mT = sqrt(L_m L_s), R_rT = R_r L_s /
+// L_m.
+MachineConfig machine_of_inverse_gamma(double R_s_ohm, double R_r_ohm, double L_l_H, double L_m_H,
+                                       int pole_pairs);
 
 struct MechanicsConfig {
   double J_kgm2 = 0.047;  // motor, coupling and generator
@@ -32,7 +35,8 @@ struct InverterConfig {
   double dc_link_V = 400.0;
 };
 
-// Round-rotor synchronous generator with field winding on a resistor box (star); same shaft. dq model in the rotor's frame.
+// Round-rotor synchronous generator with field winding on a resistor box (star); same shaft. dq model in the
+// rotor's frame.
 struct GeneratorConfig {
   bool coupled = true;
   int pole_pairs = 2;
@@ -44,7 +48,8 @@ struct GeneratorConfig {
   double L_field_H = 16.6;
 };
 
-// DC supply of the field: constant voltage or constant current, whichever asks for less. The field current freewheels when it is off.
+// DC supply of the field: constant voltage or constant current, whichever asks for less. The field current
+// freewheels when it is off.
 struct SupplyConfig {
   double max_V = 60.0;
   double max_A = 6.0;
@@ -60,7 +65,7 @@ struct SensorsConfig {
   double voltage_range_V = 400.0;
   double current_noise_A = 0.03;  // one sigma per sample
   double voltage_noise_V = 0.3;
-  double gain_sigma = 0.001;      // relative, drawn once per channel and seed
+  double gain_sigma = 0.001;  // relative, drawn once per channel and seed
   double offset_sigma_counts = 3.0;
   double voltage_filter_s = 160e-6;
   int encoder_counts_per_rev = 4096;
@@ -70,8 +75,8 @@ struct SensorsConfig {
 struct IntegratorConfig {
   enum class Kind { kSundials, kRk4 };
   Kind kind = Kind::kSundials;
-  double rtol = 1e-6;
-  double atol = 1e-8;  // of each state in its SI unit
+  double rtol = 1e-8;
+  double atol = 1e-10;  // of each state in its SI unit
 };
 
 struct PlantConfig {
@@ -86,13 +91,15 @@ struct PlantConfig {
   SupplyConfig supply;
   SensorsConfig sensors;
   IntegratorConfig integrator;
-  std::vector<std::shared_ptr<const Effect>> effects;  // [effects.NAME] in the file; applied in the registry's order
+  std::vector<std::shared_ptr<const Effect>>
+      effects;  // [effects.NAME] in the file; applied in the registry's order
 };
 
 // Throw Error: missing file, unknown key, value out of range, no possible machine.
 PlantConfig load_plant_config(const std::string& path);
 PlantConfig parse_plant_config(const std::string& text, const std::string& name);
-// Throws Error where values that are each in range make no machine together, or one too fast for the sample time.
+// Throws Error where values that are each in range make no machine together, or one too fast for the sample
+// time.
 void validate(const PlantConfig& config);
 
 }  // namespace imrig::plant

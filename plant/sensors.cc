@@ -13,8 +13,8 @@ constexpr std::uint64_t kNoiseStream = 0x9e3779b97f4a7c15ull;
 
 SensorScale scale_of(const SensorsConfig& config) {
   const int full_scale = 1 << ((config.ideal ? 16 : config.adc_bits) - 1);
-  return {config.current_range_A / full_scale, config.voltage_range_V / full_scale, config.voltage_filter_s, full_scale,
-          config.encoder_counts_per_rev};
+  return {config.current_range_A / full_scale, config.voltage_range_V / full_scale, config.voltage_filter_s,
+          full_scale, config.encoder_counts_per_rev};
 }
 
 }  // namespace
@@ -33,28 +33,35 @@ SensorErrors draw_sensor_errors(const SensorsConfig& config, std::uint64_t seed)
 }
 
 Sensors::Sensors(const SensorsConfig& config, std::uint64_t seed)
-    : config_(config), scale_(scale_of(config)), errors_(draw_sensor_errors(config, seed)), noise_(seed ^ kNoiseStream) {
+    : config_(config),
+      scale_(scale_of(config)),
+      errors_(draw_sensor_errors(config, seed)),
+      noise_(seed ^ kNoiseStream) {
   if (config_.ideal) config_.current_noise_A = config_.voltage_noise_V = 0.0;
 }
 
-std::int16_t Sensors::convert(double value, double gain, double offset_counts, double noise, double per_count) {
+std::int16_t Sensors::convert(double value, double gain, double offset_counts, double noise,
+                              double per_count) {
   const double full = scale_.full_scale_counts;
   const double noisy = noise > 0.0 ? value * (1.0 + gain) + noise * noise_.normal() : value * (1.0 + gain);
-  return static_cast<std::int16_t>(std::clamp(std::nearbyint(noisy / per_count + offset_counts), -full, full - 1.0));
+  return static_cast<std::int16_t>(
+      std::clamp(std::nearbyint(noisy / per_count + offset_counts), -full, full - 1.0));
 }
 
 RawSample Sensors::sample(const Measured& values, std::int64_t turns) {
   RawSample raw;
   for (std::size_t k = 0; k < 3; ++k) {
-    raw.i[k] = convert(values.i[k], errors_.current_gain[k], errors_.current_offset_counts[k], config_.current_noise_A,
-                       scale_.current_A_per_count);
+    raw.i[k] = convert(values.i[k], errors_.current_gain[k], errors_.current_offset_counts[k],
+                       config_.current_noise_A, scale_.current_A_per_count);
   }
   for (std::size_t k = 0; k < 3; ++k) {
-    raw.v[k] = convert(values.v[k], errors_.voltage_gain[k], errors_.voltage_offset_counts[k], config_.voltage_noise_V,
-                       scale_.voltage_V_per_count);
+    raw.v[k] = convert(values.v[k], errors_.voltage_gain[k], errors_.voltage_offset_counts[k],
+                       config_.voltage_noise_V, scale_.voltage_V_per_count);
   }
-  const auto lines = static_cast<std::int64_t>(std::floor(values.encoder_rad / (2.0 * kPi) * scale_.encoder_counts_per_rev));
-  raw.encoder = static_cast<std::int32_t>(static_cast<std::uint32_t>(turns * scale_.encoder_counts_per_rev + lines));
+  const auto lines =
+      static_cast<std::int64_t>(std::floor(values.encoder_rad / (2.0 * kPi) * scale_.encoder_counts_per_rev));
+  raw.encoder =
+      static_cast<std::int32_t>(static_cast<std::uint32_t>(turns * scale_.encoder_counts_per_rev + lines));
   raw.stator_C = static_cast<float>(values.stator_C);
   return raw;
 }

@@ -1,6 +1,7 @@
 #pragma once
-// From physical values to what the DSP reads: count = round((1 + gain error) x / scale + offset + noise), clipped to the converter's range;
-// scale = range / 2^(bits-1). The encoder counts whole lines. The voltage filter is not here but in voltage_filter.h.
+// From physical values to what the DSP reads: count = round((1 + gain error) x / scale + offset + noise),
+// clipped to the converter's range; scale = range / 2^(bits-1). The encoder counts whole lines. The voltage
+// filter is not here but in voltage_filter.h.
 
 #include <array>
 #include <cstdint>
@@ -13,7 +14,7 @@
 namespace imrig::plant {
 
 struct SensorErrors {
-  std::array<double, 3> current_gain{}, voltage_gain{};                    // relative
+  std::array<double, 3> current_gain{}, voltage_gain{};  // relative
   std::array<double, 3> current_offset_counts{}, voltage_offset_counts{};
 };
 

@@ -1,6 +1,7 @@
 #pragma once
-// ERKStep of SUNDIALS: explicit embedded Runge-Kutta with error control (Bogacki and Shampine's 3(2) or Zonneveld's 5-stage 4(3), see the .cc).
-// The solver's own time restarts at each change of an input, so that it never grows; between changes it is a whole number of stretches.
+// ERKStep of SUNDIALS with Dormand and Prince's 5(4) pair and error control: smooth as the plant is within a
+// sample, it needs one step of it. The solver's own time restarts at each change of an input, so that it
+// never grows; between changes it is a whole number of stretches.
 
 #include <memory>
 
@@ -13,7 +14,6 @@ class SundialsIntegrator final : public Integrator {
   SundialsIntegrator(const Drive& drive, double rtol, double atol);
   ~SundialsIntegrator() override;
   void advance(State& x, double duration_s, bool fresh) override;
-  long derivative_calls() const;
 
  private:
   struct Solver;

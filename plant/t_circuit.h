@@ -1,6 +1,7 @@
 #pragma once
-// The motor's magnetic circuit in T form: psi_s = L_s i_s + L_m i_r, psi_r = L_m i_s + L_r i_r, both in the stator's frame and turns.
-// Currents follow from the fluxes by inverting the 2x2 matrix; with D = L_s L_r - L_m^2:
+// The motor's magnetic circuit in T form: psi_s = L_s i_s + L_m i_r, psi_r = L_m i_s + L_r i_r, both in the
+// stator's frame and turns. Currents follow from the fluxes by inverting the 2x2 matrix; with D = L_s L_r -
+// L_m^2:
 //   i_s = (L_r psi_s - L_m psi_r)/D,   i_r = (L_s psi_r - L_m psi_s)/D.
 
 #include <complex>

@@ -82,7 +82,8 @@ Json truth(const PlantConfig& config) {
 
 void list(const Json& node, const std::string& path, std::string& out) {
   if (node.is_object() && node.contains("value")) {
-    out += fmt::format("{:<36} {:.6g} {}\n", path, node["value"].get<double>(), node["unit"].get<std::string>());
+    out +=
+        fmt::format("{:<36} {:.6g} {}\n", path, node["value"].get<double>(), node["unit"].get<std::string>());
   } else if (node.is_object()) {
     for (const auto& [key, value] : node.items()) list(value, path.empty() ? key : path + "." + key, out);
   } else {

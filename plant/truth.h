@@ -1,6 +1,7 @@
 #pragma once
-// What an ideal identification would find of a plant: its parameters in the inverse-gamma circuit and in the T circuit it is built in, mechanics,
-// friction, generator, and the errors of the sensors that this seed drew.
+// What an ideal identification would find of a plant: its parameters in the inverse-gamma circuit and in the
+// T circuit it is built in, mechanics, friction, generator, and the errors of the sensors that this seed
+// drew.
 
 #include <string>
 

@@ -1,6 +1,7 @@
 #pragma once
-// The first-order filter before the voltage converters: tau dy/dt = u - y, G(s) = 1/(1 + s tau), on all three phases alike and therefore on
-// the space vector. Solved exactly for an input that is constant, or runs straight, over a stretch of length h:
+// The first-order filter before the voltage converters: tau dy/dt = u - y, G(s) = 1/(1 + s tau), on all three
+// phases alike and therefore on the space vector. Solved exactly for an input that is constant, or runs
+// straight, over a stretch of length h:
 //   y(h) = u_1 - m tau + (y_0 - u_0 + m tau) exp(-h/tau),   m = (u_1 - u_0)/h.
 
 #include <cmath>

@@ -1,7 +1,8 @@
 #pragma once
-// A physical effect beyond the base machine: one header in this folder, its line in registry.cc, its test. The core (plant/drive.h,
-// plant/plant.cc) knows hooks only; each hook's default is the identity, and an effect that is absent costs nothing.
-// Effects are constant objects: what changes with time lives in their own states, which the integrator carries.
+// A physical effect beyond the base machine: one header in this folder, its line in registry.cc, its test.
+// The core (plant/drive.h, plant/plant.cc) knows hooks only; each hook's default is the identity, and an
+// effect that is absent costs nothing. Effects are constant objects: what changes with time lives in their
+// own states, which the integrator carries.
 
 #include <complex>
 #include <cstddef>
@@ -19,17 +20,18 @@ struct Resistances {
   double G_iron = 0.0;          // S, across the rotor's flux linkage, T circuit: carries G_iron dpsi_r/dt
 };
 
-// What a hook may look at. Fields are filled in the order in which they stand; a hook sees those before its own place.
+// What a hook may look at. Fields are filled in the order in which they stand; a hook sees those before its
+// own place.
 struct Conditions {
-  std::complex<double> psi_s, psi_r;        // Wb, stator frame, T circuit
-  double w_mech = 0.0, angle = 0.0;         // rad/s, rad
+  std::complex<double> psi_s, psi_r;             // Wb, stator frame, T circuit
+  double w_mech = 0.0, angle = 0.0;              // rad/s, rad
   double psi_d = 0.0, psi_q = 0.0, psi_f = 0.0;  // Wb, generator, rotor frame
-  Currents i;                               // after currents()
-  Resistances R;                            // after resistances()
-  std::complex<double> v_s;                 // V, after applied_voltage()
-  std::complex<double> dpsi_r, i_bar;       // V; A, rotor current without the iron's part
-  double torque_Nm = 0.0;                   // air gap
-  double drag_Nm = 0.0;                     // after drag()
+  Currents i;                                    // after currents()
+  Resistances R;                                 // after resistances()
+  std::complex<double> v_s;                      // V, after applied_voltage()
+  std::complex<double> dpsi_r, i_bar;            // V; A, rotor current without the iron's part
+  double torque_Nm = 0.0;                        // air gap
+  double drag_Nm = 0.0;                          // after drag()
 };
 
 // Physical values on their way to the converters, after the voltage filter, before gain, offset and noise.
@@ -46,7 +48,14 @@ struct Parameter {
 
 class Effect {
  public:
-  enum Hook : unsigned { kCurrents = 1, kResistances = 2, kAppliedVoltage = 4, kDrag = 8, kStates = 16, kMeasured = 32 };
+  enum Hook : unsigned {
+    kCurrents = 1,
+    kResistances = 2,
+    kAppliedVoltage = 4,
+    kDrag = 8,
+    kStates = 16,
+    kMeasured = 32
+  };
 
   virtual ~Effect() = default;
   virtual std::string name() const = 0;

@@ -1,5 +1,6 @@
 #pragma once
-// The effects of one plant sorted by hook, so that the derivative visits only those that have something to say.
+// The effects of one plant sorted by hook, so that the derivative visits only those that have something to
+// say.
 
 #include <cstddef>
 #include <memory>

@@ -1,6 +1,7 @@
 #pragma once
-// Bearing friction: T = T_c w/sqrt(w^2 + w_0^2) + b w, against the motion. The Coulomb part is smooth within about w_0 of rest, so a shaft at
-// rest under a small torque creeps instead of sticking (stiction is another effect). Source: Armstrong-Helouvry, Control of Machines with Friction, 1991.
+// Bearing friction: T = T_c w/sqrt(w^2 + w_0^2) + b w, against the motion. The Coulomb part is smooth within
+// about w_0 of rest, so a shaft at rest under a small torque creeps instead of sticking (stiction is another
+// effect). Source: Armstrong-Helouvry, Control of Machines with Friction, 1991.
 
 #include <cmath>
 

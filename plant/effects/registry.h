@@ -15,7 +15,7 @@ namespace imrig::plant {
 
 struct EffectEntry {
   std::string name;
-  std::string physics;  // one sentence
+  std::string physics;                                               // one sentence
   std::shared_ptr<const Effect> (*read)(const ConfigReader& table);  // its table [effects.NAME]
 };
 
