@@ -59,7 +59,8 @@ CommandResult BridgeCore::carry_out(const bridge_cmd_t& cmd, Moment now) {
 }
 
 CommandResult BridgeCore::upload(const bridge_cmd_t& cmd) {
-  const CheckedProfile checked = check_profile(cmd, config_.limits);
+  const CheckedProfile checked =
+      check_profile(cmd, config_.limits, static_cast<double>(link_.welcome()->sample_time_ns) * 1e-9);
   if (checked.result != CommandResult::kDone) return checked.result;
   loaded_ = 0;
   return pend(link_.upload(checked.profile), cmd);
@@ -72,6 +73,7 @@ CommandResult BridgeCore::start(const bridge_cmd_t& cmd, Moment now) {
     drive_.trip(trip);
     return CommandResult::kTripped;
   }
+  if (drive_.state() == StopState::kIdle) lost_before_ = link_.lost_blocks();
   const std::int64_t request = drive_.start(cmd.profile_id);
   return request == 0 ? CommandResult::kBusy : pend(request, cmd);
 }

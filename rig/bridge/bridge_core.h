@@ -50,6 +50,8 @@ class BridgeCore {
   static constexpr std::int64_t kShutDown_us = 3'000'000;
 
   BridgeCore(const RigConfig& config, std::int32_t pid, LeaseAuthority::RandomId random_id);
+  BridgeCore(const BridgeCore&) = delete;
+  BridgeCore& operator=(const BridgeCore&) = delete;
 
   void on_link_bytes(std::span<const std::uint8_t> bytes, Moment now);
   void on_lease_cmd(const imrig_msg::lease_cmd_t& cmd, Moment now);
@@ -138,7 +140,7 @@ class BridgeCore {
   std::int32_t loaded_ = 0;       // uploaded in this lease, not yet started
   BlockExtremes extremes_;        // of the last block
   double current_peak_A_ = 0.0;   // since the last status
-  std::int64_t lost_before_ = 0;  // blocks lost before the last reset
+  std::int64_t lost_before_ = 0;  // blocks lost before the motor was started
   std::int64_t granted_ = 0;
   std::optional<std::int64_t> shut_down_us_;
 

@@ -30,28 +30,34 @@ std::int64_t DriveControl::stop() {
 }
 
 void DriveControl::trip(Trip cause) {
-  machine_.trip(cause);
-  if (clear_request_ != 0) status_.reset();  // the device may or may not have cleared: it has to say so anew
+  const bool first = machine_.trip(cause);
+  const bool clearing = clear_request_ != 0;
   start_request_ = stop_request_ = clear_request_ = 0;
+  if (first || clearing) {  // whatever the device said before, it has to hear and say it anew
+    trip_request_ = 0;
+    device_state_.reset();
+  }
   insist_on_gates_off();
 }
 
 void DriveControl::insist_on_gates_off() {
   if (machine_.state() != StopState::kTripped || clear_request_ != 0 || trip_request_ != 0 || !link_.up())
     return;
-  if (!status_ || status_->state != IMRIG_TRIPPED) trip_request_ = link_.trip();
+  if (device_state_ != IMRIG_TRIPPED) trip_request_ = link_.trip();
 }
 
 std::int64_t DriveControl::clear() {
   if (machine_.state() != StopState::kTripped || clear_request_ != 0) return 0;
+  trip_request_ = 0;  // a late answer to it says nothing about what comes after
   return clear_request_ = link_.clear();
 }
 
-bool DriveControl::gates_known_off() const { return link_.up() && status_ && !drives(status_->state); }
+bool DriveControl::gates_known_off() const { return link_.up() && device_state_ && !drives(*device_state_); }
 
 void DriveControl::on_welcome(const LinkWelcome& welcome) {
   if (!welcome.new_boot) return;
   status_.reset();
+  device_state_.reset();
   if (machine_.may_drive()) trip(Trip::kDeviceRebooted);
 }
 
@@ -68,6 +74,7 @@ void DriveControl::on_status(const imrig_status& status) {
   }
   if (status_ && status.seq <= status_->seq) return;  // overtaken on the way
   status_ = status;
+  device_state_ = status.state;
   follow(status);
 }
 
@@ -91,7 +98,7 @@ void DriveControl::on_answer(const LinkAnswer& answer) {
   if (answer.request == 0) return;
   if (answer.request == trip_request_) {
     trip_request_ = 0;
-    if (answer.result == IMRIG_DONE && status_) status_->state = IMRIG_TRIPPED;
+    if (answer.result == IMRIG_DONE) device_state_ = IMRIG_TRIPPED;
   } else if (answer.request == start_request_) {
     start_answered(answer.result);
   } else if (answer.request == stop_request_) {
@@ -109,7 +116,7 @@ void DriveControl::start_answered(std::int32_t result) {
     settled_utime_ = (status_ ? status_->utime : 0) + kSettling_us;
     return;
   }
-  if (status_ && status_->state == IMRIG_HOLDING) {
+  if (device_state_ == IMRIG_HOLDING) {
     machine_.held();
   } else {
     machine_.gates_off();
@@ -126,7 +133,7 @@ void DriveControl::clear_answered(std::int32_t result) {
   clear_request_ = 0;
   if (result != IMRIG_DONE) return;
   machine_.reset(true, true);  // the device clears a trip with its gates off or not at all
-  if (status_) status_->state = IMRIG_IDLE;
+  device_state_ = IMRIG_IDLE;
 }
 
 void DriveControl::poll(std::int64_t now_us) {

@@ -58,6 +58,8 @@ class DriveControl {
   LinkHost& link_;
   StopMachine machine_;
   std::optional<imrig_status> status_;
+  std::optional<std::int32_t>
+      device_state_;             // as its last status or its last answer says; empty: it has yet to say
   std::int32_t profile_id_ = 0;  // running or holding
   std::int32_t starting_id_ = 0;
   std::int64_t start_request_ = 0;  // unanswered; 0 none

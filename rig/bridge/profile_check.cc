@@ -1,72 +1,14 @@
 #include "rig/bridge/profile_check.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "rig/link/device/profile.h"
 
 namespace imrig {
 
 using imrig_msg::segment_t;
 
 namespace {
-
-constexpr int kAllPhases = 7;
-
-bool finite(std::initializer_list<double> values) {
-  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
-}
-
-// The regulator of CURRENT and of a DC level in A.
-bool regulator_makes_sense(const segment_t& s) {
-  return finite({s.kp_V_per_A, s.ki_V_per_As}) && s.kp_V_per_A >= 0 && s.ki_V_per_As >= 0 &&
-         s.period_samples >= 1;
-}
-
-CommandResult check_voltage(const segment_t& s, const LimitsConfig& limits) {
-  if (!finite({s.amplitude_start_V, s.amplitude_end_V, s.frequency_start_Hz, s.frequency_end_Hz}))
-    return CommandResult::kMalformed;
-  const double peak_V = std::max(std::abs(s.amplitude_start_V), std::abs(s.amplitude_end_V));
-  return peak_V <= limits.voltage_V ? CommandResult::kDone : CommandResult::kOverLimit;
-}
-
-CommandResult check_current(const segment_t& s, const LimitsConfig& limits) {
-  if (!regulator_makes_sense(s) || !finite({s.angle_rad, s.offset_A})) return CommandResult::kMalformed;
-  if (s.n_tones < 0 || s.n_tones > IMRIG_TONES) return CommandResult::kMalformed;
-  double peak_A = std::abs(s.offset_A);
-  for (int k = 0; k < s.n_tones; ++k) {
-    if (!finite({s.tone_A[k], s.tone_Hz[k], s.tone_rad[k]})) return CommandResult::kMalformed;
-    peak_A += std::abs(s.tone_A[k]);
-  }
-  return peak_A <= limits.current_A ? CommandResult::kDone : CommandResult::kOverLimit;
-}
-
-CommandResult check_dc(const segment_t& s, const LimitsConfig& limits) {
-  const bool known_phases = ((s.plus_phases | s.minus_phases) & ~kAllPhases) == 0;
-  if (!known_phases || s.plus_phases == 0 || s.minus_phases == 0 || (s.plus_phases & s.minus_phases) != 0)
-    return CommandResult::kMalformed;
-  if (std::isnan(s.level_A)) {
-    if (!finite({s.level_V})) return CommandResult::kMalformed;
-    // between two sides of a star: at most twice the phase's peak
-    return std::abs(s.level_V) <= 2.0 * limits.voltage_V ? CommandResult::kDone : CommandResult::kOverLimit;
-  }
-  if (!finite({s.level_A}) || !regulator_makes_sense(s)) return CommandResult::kMalformed;
-  return std::abs(s.level_A) <= limits.current_A ? CommandResult::kDone : CommandResult::kOverLimit;
-}
-
-CommandResult check_segment(const segment_t& s, const LimitsConfig& limits) {
-  if (s.duration_samples < 1 || s.record < 0) return CommandResult::kMalformed;
-  switch (s.kind) {
-    case segment_t::GATES_OFF:
-      return CommandResult::kDone;
-    case segment_t::VOLTAGE:
-      return check_voltage(s, limits);
-    case segment_t::CURRENT:
-      return check_current(s, limits);
-    case segment_t::DC:
-      return check_dc(s, limits);
-    default:
-      return CommandResult::kMalformed;
-  }
-}
 
 imrig_segment link_segment(const segment_t& s) {
   imrig_segment out = {};
@@ -95,7 +37,8 @@ imrig_segment link_segment(const segment_t& s) {
 
 }  // namespace
 
-CheckedProfile check_profile(const imrig_msg::bridge_cmd_t& cmd, const LimitsConfig& limits) {
+CheckedProfile check_profile(const imrig_msg::bridge_cmd_t& cmd, const LimitsConfig& limits,
+                             double sample_s) {
   CheckedProfile out;
   const bool known_end = cmd.at_end == imrig_msg::bridge_cmd_t::AT_END_GATES_OFF ||
                          cmd.at_end == imrig_msg::bridge_cmd_t::AT_END_HOLD;
@@ -103,11 +46,15 @@ CheckedProfile check_profile(const imrig_msg::bridge_cmd_t& cmd, const LimitsCon
     return out;
   out.profile.profile_id = cmd.profile_id;
   out.profile.at_end = cmd.at_end;
+  const imrig_profile_limits device_limits = {limits.voltage_V, limits.current_A, sample_s};
   for (int k = 0; k < cmd.n_segments; ++k) {
-    out.result = check_segment(cmd.segments[k], limits);
-    if (out.result != CommandResult::kDone) return out;
     out.profile.segments.push_back(link_segment(cmd.segments[k]));
+    const std::int32_t result = imrig_segment_check(&out.profile.segments.back(), &device_limits);
+    if (result == IMRIG_DONE) continue;
+    out.result = result == IMRIG_OVER_LIMIT ? CommandResult::kOverLimit : CommandResult::kMalformed;
+    return out;
   }
+  out.result = CommandResult::kDone;
   return out;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
-// An UPLOAD command as a profile for the device, or why not. The device checks again, by itself; this check
-// keeps nonsense and profiles over the rig's limits off the wire.
+// An UPLOAD command as a profile for the device, or why not. Checked with the device's own rules
+// (rig/link/device/profile.h) but against the rig's configuration: a profile over its limits never reaches
+// the wire, whatever limits the device believes in.
 
 #include <imrig_msg/bridge_cmd_t.hpp>
 
@@ -15,8 +16,8 @@ struct CheckedProfile {
   LinkProfile profile;  // valid when the result is kDone
 };
 
-// kMalformed: a number out of range or no number. kOverLimit: a voltage segment over limits.voltage_V, a
-// current segment whose offset and tones can add up to more than limits.current_A, a DC level over either.
-CheckedProfile check_profile(const imrig_msg::bridge_cmd_t& cmd, const LimitsConfig& limits);
+// sample_s: the device's sample time. kMalformed: a number out of range or no number. kOverLimit: a voltage
+// above limits.voltage_V, a current reference that can exceed limits.current_A.
+CheckedProfile check_profile(const imrig_msg::bridge_cmd_t& cmd, const LimitsConfig& limits, double sample_s);
 
 }  // namespace imrig
