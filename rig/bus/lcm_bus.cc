@@ -37,6 +37,8 @@ struct Subscription {
 
 // LCM is C: no exception may pass through it. wait() throws it again.
 void call_handler(const lcm_recv_buf_t* message, const char* channel, void* user) {
+  // A datagram that ends inside its channel name leaves LCM with a negative size, which arrives here as 4 GB.
+  if (message->data_size > LCM_MAX_MESSAGE_SIZE) return;
   const auto* subscription = static_cast<const Subscription*>(user);
   try {
     subscription->handler(channel,
