@@ -125,7 +125,7 @@ class OperatingPointEstimator::Impl {
     const auto frequency = find_frequency(buffer_.v(), config_.least_voltage_V);
     if (frequency) return emit(frequency->samples, frequency);
     if (try_at_ >= longest_) return emit(buffer_.size(), std::nullopt);
-    try_at_ = std::min(2 * try_at_, longest_);
+    try_at_ = std::min(try_at_ + try_at_ / 4, longest_);
   }
 
   void emit(std::size_t n, const std::optional<WindowFrequency>& frequency) {
