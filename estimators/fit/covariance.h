@@ -14,9 +14,6 @@
 
 namespace imrig::est {
 
-using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
-
 // Inverse of the normal matrix over the free unknowns, zero elsewhere; directions that the record does not
 // see at all (relative eigenvalue below 1e-13 after scaling) get a very large variance, never a small one.
 Normal inverse_over(const Normal& normal, const std::vector<int>& free);

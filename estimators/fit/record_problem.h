@@ -8,44 +8,48 @@
 // model, no differences.
 
 #include <Eigen/Core>
-#include <complex>
 #include <vector>
 
 #include "estimators/model/base_machine.h"
-#include "estimators/model/frame_record.h"
+#include "estimators/model/predict.h"
 
 namespace imrig::est {
 
 inline constexpr int kCircuit = 4;   // R_s, R_r, L_l, L_m
 inline constexpr int kUnknowns = 8;  // and the real and imaginary parts of psi_s(0), psi_r(0)
 
+using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+
 // Around a point: unknowns in the order above, SI units; errors in A.
 struct Linearization {
-  double error = 0.0;                                       // A^2
-  Eigen::Matrix<double, kUnknowns, kUnknowns> normal;       // J' J
-  Eigen::Matrix<double, kUnknowns, 1> gradient;             // J' r, half the gradient of the error
-  std::vector<Eigen::Matrix<double, kUnknowns, 1>> scores;  // J' r summed over successive bins of samples
+  double error = 0.0;            // A^2
+  FluxState<double> start;       // the best initial fluxes there
+  Normal normal;                 // J' J
+  Unknowns gradient;             // J' r, half the gradient of the error
+  std::vector<Unknowns> scores;  // J' r summed over successive bins of samples
 };
 
 class RecordProblem {
  public:
-  // steps: integration steps per sample, the same at every theta so that the error is smooth.
-  RecordProblem(const FrameRecord& record, int steps) : record_(record), steps_(steps) {}
+  // steps: integration steps per sample, the same at every theta so that the error is smooth. bins: of the
+  // scores, at most.
+  RecordProblem(const FrameRecord& record, int steps, std::size_t bins = 512);
 
   const FrameRecord& record() const { return record_; }
   std::size_t judged() const { return record_.size() - record_.judged_from; }
-  double signal() const;  // sum |i|^2 over the judged samples
+  std::size_t bin() const { return bin_; }  // samples
+  double signal() const;                    // sum |i|^2 over the judged samples
 
-  // The best initial fluxes and the error they leave.
-  FluxState<double> best_start(const MachineParameters<double>& theta, double& error) const;
+  // The error with the best initial fluxes.
+  double error(const MachineParameters<double>& theta) const;
 
-  // bin: samples per score bin.
-  Linearization linearize(const MachineParameters<double>& theta, const FluxState<double>& start,
-                          std::size_t bin) const;
+  Linearization linearize(const MachineParameters<double>& theta) const;
 
  private:
   const FrameRecord& record_;
   int steps_;
+  std::size_t bin_;
 };
 
 }  // namespace imrig::est

@@ -13,8 +13,6 @@
 
 namespace imrig::est {
 
-inline constexpr double kBoundLow = 0.1;
-inline constexpr double kBoundHigh = 3.0;
 inline constexpr double kBoundFlux = 2.0;
 
 struct TransientOptions {

@@ -21,19 +21,20 @@ std::vector<Complex> currents(const BaseMachine<double>& machine, const FrameRec
 
 }  // namespace
 
-FluxState<double> best_initial_state(const MachineParameters<double>& p, const FrameRecord& record,
-                                     int steps) {
+LinearResponse linear_response(const MachineParameters<double>& p, const FrameRecord& record, int steps) {
   const BaseMachine<double> machine(p);
-  const FluxState<double> zero;
-  const auto driven = currents(machine, record, zero, steps, true);
-  const auto by_stator = currents(machine, record, {Cx<double>(1.0, 0.0), {}}, steps, false);
-  const auto by_rotor = currents(machine, record, {{}, Cx<double>(1.0, 0.0)}, steps, false);
+  return {currents(machine, record, {}, steps, true),
+          currents(machine, record, {Cx<double>(1.0, 0.0), {}}, steps, false),
+          currents(machine, record, {{}, Cx<double>(1.0, 0.0)}, steps, false)};
+}
+
+FluxState<double> best_initial_state(const LinearResponse& response, const FrameRecord& record) {
   Eigen::Matrix2cd normal = Eigen::Matrix2cd::Zero();
   Eigen::Vector2cd right = Eigen::Vector2cd::Zero();
   for (std::size_t k = record.judged_from; k < record.size(); ++k) {
-    const Eigen::Vector2cd row(by_stator[k], by_rotor[k]);
+    const Eigen::Vector2cd row(response.by_stator[k], response.by_rotor[k]);
     normal += row.conjugate() * row.transpose();
-    right += row.conjugate() * (record.i[k] - driven[k]);
+    right += row.conjugate() * (record.i[k] - response.driven[k]);
   }
   normal.diagonal().array() +=
       1e-13 * normal.diagonal().real().sum();  // a state that the record forgets at once stays finite
@@ -46,14 +47,16 @@ CurrentPrediction predict_current(const MachineParameters<double>& p, int pole_p
   const FrameRecord record = to_frame(series, pole_pairs);
   const int steps = steps_per_sample(p, record);
   CurrentPrediction out;
-  out.initial = best_initial_state(p, record, steps);
+  const LinearResponse response = linear_response(p, record, steps);
+  out.initial = best_initial_state(response, record);
   out.first_simulated = record.first;
   out.first = record.first + record.judged_from;
   out.noise_gain = record.noise_gain;
-  const auto frame = currents(BaseMachine<double>(p), record, out.initial, steps, true);
   for (std::size_t k = record.judged_from; k < record.size(); ++k) {
     out.measured.push_back(record.i[k] * record.back(k));
-    out.predicted.push_back(frame[k] * record.back(k));
+    const Complex predicted = response.driven[k] + response.by_stator[k] * plain(out.initial.psi_s) +
+                              response.by_rotor[k] * plain(out.initial.psi_r);
+    out.predicted.push_back(predicted * record.back(k));
   }
   return out;
 }

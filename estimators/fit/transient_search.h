@@ -1,0 +1,51 @@
+#pragma once
+// The constrained minimum of one record's error over ln(theta), inside bounds relative to a nominal circuit.
+// NLopt's SLSQP works in coordinates y = U ln(theta), U' U the Gauss-Newton Hessian at the start, so that its
+// first quasi-Newton matrix, the identity, is already right; the bounds become linear constraints.
+// Gauss-Newton steps finish.
+
+#include <array>
+#include <vector>
+
+#include "estimators/fit/record_problem.h"
+
+namespace imrig::est {
+
+inline constexpr double kBoundLow = 0.1;
+inline constexpr double kBoundHigh = 3.0;
+
+class TransientSearch {
+ public:
+  TransientSearch(const RecordProblem& problem, const MachineParameters<double>& nominal, bool fit_R_s);
+
+  // NLopt's part, from theta. False when the optimizer fails outright.
+  bool constrained_minimum(MachineParameters<double>& theta);
+
+  // Gauss-Newton over what lies inside its bounds. False when it does not settle.
+  bool polish(MachineParameters<double>& theta);
+
+  std::array<bool, kCircuit> on_bound(const MachineParameters<double>& theta) const;
+  int evaluations() const { return evaluations_; }
+
+ private:
+  struct Step {
+    MachineParameters<double> theta;
+    double part = 0.0;  // length in standard deviations
+  };
+  static double objective(unsigned n, const double* y, double* gradient, void* self);
+  static void limits(unsigned m, double* result, unsigned n, const double* y, double* gradient, void* self);
+  MachineParameters<double> at(const double* y) const;
+  Linearization linearize(const MachineParameters<double>& theta);
+  Eigen::MatrixXd reduced_hessian(const MachineParameters<double>& theta, const Linearization& here) const;
+  Step step_from(const MachineParameters<double>& theta, const Linearization& here) const;
+
+  const RecordProblem& problem_;
+  std::array<double, kCircuit> nominal_;
+  std::vector<int> free_;
+  std::array<double, kCircuit> origin_{};  // theta at y = 0
+  Eigen::MatrixXd to_log_;                 // inverse of U
+  double scale_ = 1.0;  // A^2: a typical error, so that the objective is of order one near its minimum
+  int evaluations_ = 0;
+};
+
+}  // namespace imrig::est
