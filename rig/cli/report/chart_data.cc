@@ -1,0 +1,112 @@
+#include "rig/cli/report/chart_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "rig/cli/json_number.h"
+
+namespace imrig {
+
+namespace {
+
+constexpr std::size_t kOverlays = 4;
+constexpr std::size_t kMaxBars = 600;
+
+// Rounded for the page: what a screen can show.
+Json rounded(double x) {
+  return std::isfinite(x) ? Json(std::stod(fmt::format("{:.6g}", x))) : Json(nullptr);
+}
+
+const est::ChannelResult* current_of(const est::ComparedRecord& record) {
+  const auto found = record.channels.find("current_A");
+  return record.left_out.empty() && found != record.channels.end() ? &found->second : nullptr;
+}
+
+Json conditions(const Conditions& c) {
+  return {
+      {"f_Hz", rounded(c.f_Hz)},     {"slip", rounded(100.0 * c.slip)},   {"i_A", rounded(c.i_A)},
+      {"psi_Wb", rounded(c.psi_Wb)}, {"torque_Nm", rounded(c.torque_Nm)}, {"stator_C", rounded(c.stator_C)}};
+}
+
+// One dot per record, or per point of a table: error in per cent.
+void add_dots(const est::ComparedRecord& record, Json& dots) {
+  for (const auto& point : record.points) {
+    const auto found = point.channels.find("current_A");
+    if (found == point.channels.end() || std::isnan(found->second.measured)) continue;
+    const double error = 100.0 * std::abs(found->second.predicted / found->second.measured - 1.0);
+    dots.push_back({{"id", record.id},
+                    {"holdout", record.holdout},
+                    {"error", rounded(error)},
+                    {"at", conditions(point.conditions)}});
+  }
+  const auto* current = current_of(record);
+  if (current == nullptr || !record.points.empty()) return;
+  dots.push_back({{"id", record.id},
+                  {"holdout", record.holdout},
+                  {"error", rounded(100.0 * current->nrmse)},
+                  {"at", conditions(record.conditions)}});
+}
+
+Json overlay(const est::ComparedRecord& record) {
+  Json t = Json::array(), measured = Json::array(), model = Json::array(), error = Json::array();
+  for (std::size_t k = 0; k < record.overlay.t_s.size(); ++k) {
+    const double m = record.overlay.measured[k].real(), p = record.overlay.predicted[k].real();
+    t.push_back(rounded(record.overlay.t_s[k]));
+    measured.push_back(rounded(m));
+    model.push_back(rounded(p));
+    error.push_back(rounded(m - p));
+  }
+  return {{"id", record.id}, {"t", t}, {"measured", measured}, {"model", model}, {"error", error}};
+}
+
+Json overlays(const est::CompareResult& result) {
+  std::vector<const est::ComparedRecord*> worst;
+  for (const auto& record : result.records) {
+    if (!record.overlay.t_s.empty() && current_of(record) != nullptr) worst.push_back(&record);
+  }
+  std::stable_sort(worst.begin(), worst.end(), [](const auto* a, const auto* b) {
+    return current_of(*a)->nrmse > current_of(*b)->nrmse;
+  });
+  Json out = Json::array();
+  for (std::size_t k = 0; k < std::min(kOverlays, worst.size()); ++k) out.push_back(overlay(*worst[k]));
+  return out;
+}
+
+Json tables(const est::CompareResult& result) {
+  Json out = Json::array();
+  for (const auto& record : result.records) {
+    if (record.points.empty()) continue;
+    Json points = Json::array();
+    for (const auto& point : record.points) {
+      Json entry = {{"slip", rounded(100.0 * point.conditions.slip)}};
+      for (const auto& [name, pair] : point.channels)
+        entry[name] = {rounded(pair.measured), rounded(pair.predicted)};
+      points.push_back(entry);
+    }
+    out.push_back({{"id", record.id}, {"points", points}});
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string chart_data(const est::CompareResult& result) {
+  Json out = {{"bars", Json::array()},
+              {"dots", Json::array()},
+              {"overlays", overlays(result)},
+              {"tables", tables(result)}};
+  for (const auto& record : result.records) {
+    add_dots(record, out["dots"]);
+    const auto* current = current_of(record);
+    if (current == nullptr || out["bars"].size() >= kMaxBars) continue;
+    out["bars"].push_back({{"id", record.id},
+                           {"holdout", record.holdout},
+                           {"error", rounded(100.0 * current->nrmse)},
+                           {"floor", rounded(100.0 * current->floor)}});
+  }
+  return out.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace imrig

@@ -1,0 +1,132 @@
+// imrig compare MODEL.toml DATA...: how far the model is from the measurements, and where.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "estimators/diagnose/compare.h"
+#include "estimators/diagnose/compare_json.h"
+#include "estimators/model/model_file.h"
+#include "rig/cli/load_data.h"
+#include "rig/cli/report/report.h"
+#include "rig/cli/text_table.h"
+#include "rig/cli/verbs.h"
+
+namespace imrig {
+
+namespace {
+
+struct Options {
+  std::string model;
+  std::vector<std::string> data;
+  std::string report;
+  bool json = false;
+};
+
+std::string percent(double share) { return shown(100.0 * share, 3); }
+
+void print_records(const est::CompareResult& result) {
+  TextTable table({"<record", "<kind", "f_Hz", "slip_%", "I_A", "<channel", "rms error", "<unit", "error_%",
+                   "floor_%", "chi2/dof", "<"});
+  for (const auto& record : result.records) {
+    if (!record.left_out.empty()) continue;
+    bool first = true;
+    for (const auto& [name, c] : record.channels) {
+      const auto once = [first](const std::string& text) { return first ? text : ""; };
+      table.row({once(printable(record.id)), once(record_kind_word(record.kind)),
+                 once(shown(record.conditions.f_Hz)), once(percent(record.conditions.slip)),
+                 once(shown(record.conditions.i_A)), name, shown(c.rmse), c.unit, percent(c.nrmse),
+                 percent(c.floor), shown(c.chi2_per_dof, 3), once(record.holdout ? "hold-out" : "")});
+      first = false;
+    }
+  }
+  fmt::print("{}", table.text());
+}
+
+std::string cell(const est::PointResult& point, const char* channel, bool measured) {
+  const auto found = point.channels.find(channel);
+  return found == point.channels.end()
+             ? "-"
+             : shown(measured ? found->second.measured : found->second.predicted, 5);
+}
+
+std::string deviation(const est::PointResult& point, const char* channel) {
+  const auto found = point.channels.find(channel);
+  if (found == point.channels.end()) return "-";
+  return std::isnan(found->second.measured)
+             ? "-"
+             : fmt::format("{:+.1f}", 100.0 * (found->second.predicted / found->second.measured - 1.0));
+}
+
+void print_points(const est::ComparedRecord& record) {
+  TextTable table(
+      {"f_Hz", "speed_rpm", "slip_%", "I_A", "model", "%", "P_in_W", "model", "%", "P_out_W", "model", "%"});
+  for (const auto& point : record.points) {
+    std::vector<std::string> cells = {shown(point.conditions.f_Hz),
+                                      shown(rpm_of_rad_s(point.conditions.speed_rad_s), 5),
+                                      percent(point.conditions.slip)};
+    for (const char* channel : {"current_A", "input_power_W", "output_power_W"}) {
+      cells.push_back(cell(point, channel, true));
+      cells.push_back(cell(point, channel, false));
+      cells.push_back(deviation(point, channel));
+    }
+    table.row(std::move(cells));
+  }
+  fmt::print("\n{}: measured and model (line current, rms)\n{}", printable(record.id), table.text());
+}
+
+void print_pooled(const char* name, const est::PooledResult& pooled) {
+  if (pooled.records == 0) return;
+  fmt::print("{}: {} records, current error {} % of the signal, noise floor {} %, chi2/dof {}\n", name,
+             pooled.records, percent(pooled.nrmse), percent(pooled.floor_nrmse),
+             shown(pooled.chi2_per_dof, 3));
+}
+
+void print_text(const est::CompareResult& result) {
+  fmt::print("model \"{}\" against \"{}\"\n\n", printable(result.model_name), printable(result.data_name));
+  print_records(result);
+  for (const auto& record : result.records) {
+    if (!record.points.empty()) print_points(record);
+  }
+  fmt::print("\n");
+  print_pooled("fitted records", result.fitted);
+  print_pooled("hold-out records", result.holdout);
+  for (const auto& record : result.records) {
+    if (!record.left_out.empty())
+      fmt::print("left out: {}: {}\n", printable(record.id), printable(record.left_out));
+  }
+  for (const auto& note : result.notes) fmt::print("note: {}\n", printable(note));
+}
+
+void run(const Options& options) {
+  const est::Model model = est::load_model(options.model);
+  const DataSet data = load_data(options.data);
+  const est::CompareResult result = est::compare(model, data);
+  std::string report;
+  if (!options.report.empty()) report = write_report(model, result, options.report);
+  if (options.json) {
+    fmt::print("{}\n", est::compare_json(result));
+    return;
+  }
+  print_text(result);
+  if (!report.empty()) fmt::print("report written to {}\n", report);
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand(
+      "compare", "Simulate measured data with a model: error per record and channel against the noise floor");
+  verb->add_option("model", options->model, "model file")->required();
+  verb->add_option("data", options->data, "data-set folders or event logs")->required();
+  verb->add_option("--report", options->report, "folder for report.html, one file that needs nothing else");
+  verb->add_flag("--json", options->json, "print JSON");
+  verb->callback([options, &exit_code] {
+    run(*options);
+    exit_code = 0;
+  });
+}
+
+}  // namespace imrig

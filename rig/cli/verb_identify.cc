@@ -1,0 +1,98 @@
+// imrig identify DATA... --out MODEL.toml: from measurements to a model with intervals.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "estimators/fit/identify.h"
+#include "estimators/fit/identify_json.h"
+#include "estimators/model/model_file.h"
+#include "rig/cli/load_data.h"
+#include "rig/cli/text_table.h"
+#include "rig/cli/verbs.h"
+
+namespace imrig {
+
+namespace {
+
+struct Options {
+  std::vector<std::string> data;
+  std::string out;
+  std::string nominal;
+  std::string method = "auto";
+  bool json = false;
+};
+
+std::string interval(const est::Parameter& p) {
+  return "[" + shown(p.ci95_low, 5) + ", " + shown(p.ci95_high, 5) + "]";
+}
+
+std::size_t used_by(const est::IdentifyResult& result, const std::string& parameter) {
+  return static_cast<std::size_t>(
+      std::count_if(result.records.begin(), result.records.end(), [&](const auto& record) {
+        return std::find(record.used_for.begin(), record.used_for.end(), parameter) != record.used_for.end();
+      }));
+}
+
+void print_text(const est::IdentifyResult& result, const std::string& out) {
+  TextTable table({"<parameter", "value", "<95 % interval", "<unit", "records", "<found"});
+  for (const auto& base : est::base_parameters()) {
+    const est::Parameter& p = result.model.*base.place;
+    if (!p.known()) continue;
+    table.row({base.name, shown(p.value, 5), interval(p), base.unit,
+               std::to_string(used_by(result, base.name)), printable(p.found)});
+  }
+  fmt::print("{}", table.text());
+  TextTable rejected({"<record not used", "<why"});
+  for (const auto& record : result.records) {
+    if (!record.rejected.empty()) rejected.row({printable(record.id), printable(record.rejected)});
+  }
+  if (!rejected.empty()) fmt::print("\n{}", rejected.text());
+  for (const auto& note : result.notes) fmt::print("note: {}\n", printable(note));
+  fmt::print("\nmodel written to {}\n", out);
+}
+
+// Long work shows where it is on a terminal and stays quiet in a pipe.
+void show_progress(const est::Progress& progress) {
+  std::fprintf(stderr, "\r\033[K%zu of %zu %s", progress.done, progress.total,
+               printable(progress.record).c_str());
+  if (progress.done == progress.total) std::fprintf(stderr, "\r\033[K");
+  std::fflush(stderr);
+}
+
+void run(const Options& options) {
+  est::IdentifyOptions wanted;
+  wanted.method = options.method;
+  if (!options.nominal.empty()) wanted.nominal = est::load_model(options.nominal);
+  if (::isatty(STDERR_FILENO) != 0) wanted.progress = show_progress;
+  const DataSet data = load_data(options.data);
+  const est::IdentifyResult result = est::identify(data, wanted);
+  est::save_model(result.model, options.out);
+  if (options.json) {
+    fmt::print("{}\n", est::to_json(result));
+  } else {
+    print_text(result, options.out);
+  }
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* verb =
+      app.add_subcommand("identify", "Find the motor's parameters, with intervals, from measured data");
+  verb->add_option("data", options->data, "data-set folders or event logs")->required();
+  verb->add_option("--model", options->nominal, "model to start from, for starting values and bounds");
+  verb->add_option("--out", options->out, "model file to write")->required();
+  verb->add_option("--method", options->method, "auto, dc, transient or points")->capture_default_str();
+  verb->add_flag("--json", options->json, "print JSON");
+  verb->callback([options, &exit_code] {
+    run(*options);
+    exit_code = 0;
+  });
+}
+
+}  // namespace imrig
