@@ -42,6 +42,7 @@ CommandResult BridgeCore::carry_out(const bridge_cmd_t& cmd, Moment now) {
   if (shut_down_us_) return CommandResult::kBusy;
   if (drive_.state() == StopState::kTripped && cmd.action != bridge_cmd_t::RESET)
     return CommandResult::kTripped;
+  if (drive_.state() != StopState::kTripped && cmd.action == bridge_cmd_t::RESET) return CommandResult::kDone;
   if (!link_.up()) return CommandResult::kLinkAbsent;
   if (pending_ && cmd.action != bridge_cmd_t::STOP) return CommandResult::kBusy;
   switch (cmd.action) {
@@ -86,7 +87,6 @@ CommandResult BridgeCore::stop(const bridge_cmd_t& cmd) {
 }
 
 CommandResult BridgeCore::reset(const bridge_cmd_t& cmd, Moment now) {
-  if (drive_.state() != StopState::kTripped) return CommandResult::kDone;
   if (extremes_.trip != Trip::kNone) return CommandResult::kCauseRemains;
   dyno_.forget_if_silent(now);
   lost_before_ = link_.lost_blocks();

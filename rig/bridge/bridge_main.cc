@@ -1,6 +1,8 @@
 // imrig-bridge: composes BridgeCore, the DSP link's transport and the bus.
 
 #include <poll.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -16,6 +18,7 @@
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
 #include "rig/link/transport.h"
+#include "rig/safety/trip.h"
 
 namespace imrig {
 namespace {
@@ -55,10 +58,26 @@ void subscribe_all(Bus& bus, BridgeCore& core) {
   connect(bus, channel::kAck, core, &BridgeCore::on_ack);
 }
 
+// The operator's log, on stderr: links and trips.
+void tell(const imrig_msg::bridge_status_t& status) {
+  static std::int32_t link = imrig_msg::bridge_status_t::LINK_ABSENT, trip = 0;
+  if (status.link_state != link) {
+    const bool up = status.link_state == imrig_msg::bridge_status_t::LINK_UP;
+    if (up) spdlog::info("DSP link up, boot {}", status.boot_id);
+    if (!up) spdlog::warn("DSP link silent");
+  }
+  if (status.trip != trip && status.trip != 0)
+    spdlog::error("tripped: {}", trip_name(static_cast<Trip>(status.trip)));
+  if (status.trip != trip && status.trip == 0) spdlog::info("reset");
+  link = status.link_state;
+  trip = status.trip;
+}
+
 void flush(BridgeCore& core, Transport& wire, Bus& bus) {
   static std::vector<std::uint8_t> packet;
   while (core.next_packet(packet)) wire.write(packet);
   core.take_messages([&](const BridgeMessage& message) {
+    if (const auto* status = std::get_if<imrig_msg::bridge_status_t>(&message)) tell(*status);
     std::visit([&](const auto& m) { publish(bus, channel_of(m), m); }, message);
   });
 }
@@ -97,6 +116,7 @@ int body(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     throw Error("usage", e.what(), "see imrig-bridge --help");
   }
+  spdlog::set_default_logger(spdlog::stderr_color_mt("imrig-bridge"));
   const RigConfig config = load_rig_config(path);
   const auto wire = open_transport(config.bridge.link);
   const auto bus = open_lcm_bus(config.bus);
