@@ -17,7 +17,7 @@ std::vector<std::uint8_t> frame_of(std::size_t (*encode)(const Message*, std::ui
   std::vector<std::uint8_t> payload(IMRIG_PAYLOAD_MAX + IMRIG_CRC_BYTES);
   const std::size_t n = encode(&message, payload.data(), IMRIG_PAYLOAD_MAX);
   if (n == 0) return {};
-  std::vector<std::uint8_t> frame(IMRIG_COBS_MAX(n + IMRIG_CRC_BYTES) + 1);
+  std::vector<std::uint8_t> frame(IMRIG_COBS_MAX(n + IMRIG_CRC_BYTES) + 2);
   frame.resize(imrig_frame_write(payload.data(), n, frame.data(), frame.size()));
   return frame;
 }

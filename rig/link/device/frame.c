@@ -5,15 +5,16 @@
 size_t imrig_frame_write(uint8_t* payload, size_t n, uint8_t* out, size_t capacity) {
   const uint32_t crc = imrig_crc32(payload, n);
   size_t encoded;
-  if (capacity == 0) return 0;
+  if (capacity < 2) return 0;
   payload[n] = (uint8_t)(crc >> 24);
   payload[n + 1] = (uint8_t)(crc >> 16);
   payload[n + 2] = (uint8_t)(crc >> 8);
   payload[n + 3] = (uint8_t)crc;
-  encoded = imrig_cobs_encode(payload, n + IMRIG_CRC_BYTES, out, capacity - 1);
+  encoded = imrig_cobs_encode(payload, n + IMRIG_CRC_BYTES, out + 1, capacity - 2);
   if (encoded == 0) return 0;
-  out[encoded] = 0;
-  return encoded + 1;
+  out[0] = 0;
+  out[1 + encoded] = 0;
+  return encoded + 2;
 }
 
 size_t imrig_frame_open(uint8_t* frame, size_t n) {

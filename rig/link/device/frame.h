@@ -1,5 +1,7 @@
-/* A frame on the wire: COBS(payload, CRC-32 of the payload, big-endian) 0x00. The payload is one LCM-encoded
- * struct. Big-endian because everything in an LCM struct is. */
+/* A frame on the wire: 0x00, COBS(payload, CRC-32 of the payload, big-endian), 0x00. The payload is one
+ * LCM-encoded struct. Big-endian because everything in an LCM struct is. The leading 0x00 ends whatever noise
+ * came before, so that a wrong bit, or a lost 0x00, costs one frame and never the next; a receiver needs only
+ * the closing one. */
 #ifndef IMRIG_LINK_DEVICE_FRAME_H
 #define IMRIG_LINK_DEVICE_FRAME_H
 
@@ -15,8 +17,8 @@ extern "C" {
 #define IMRIG_CRC_BYTES 4u
 /* Longest payload: a block_t of 256 samples is 60 + 256 x 16 = 4156 bytes. */
 #define IMRIG_PAYLOAD_MAX 4160u
-/* Longest frame with its closing 0x00. */
-#define IMRIG_FRAME_MAX (IMRIG_COBS_MAX(IMRIG_PAYLOAD_MAX + IMRIG_CRC_BYTES) + 1u)
+/* Longest frame with both its 0x00. */
+#define IMRIG_FRAME_MAX (IMRIG_COBS_MAX(IMRIG_PAYLOAD_MAX + IMRIG_CRC_BYTES) + 2u)
 
 /* Appends the CRC to the payload (which needs room for it) and writes the frame. Returns its size, 0 when it
  * does not fit. */

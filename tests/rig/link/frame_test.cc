@@ -22,7 +22,7 @@ std::uint32_t crc_of(const std::string& text) {
 Bytes frame_of_payload(Bytes payload) {
   const std::size_t n = payload.size();
   payload.resize(n + IMRIG_CRC_BYTES);
-  Bytes frame(IMRIG_COBS_MAX(payload.size()) + 1);
+  Bytes frame(IMRIG_COBS_MAX(payload.size()) + 2);
   frame.resize(imrig_frame_write(payload.data(), n, frame.data(), frame.size()));
   return frame;
 }
@@ -36,10 +36,10 @@ TEST(Crc32, GivesThePublishedValues) {
   EXPECT_EQ(crc_of("The quick brown fox jumps over the lazy dog"), 0x414FA339u);
 }
 
-TEST(Frame, HoldsTheCrcBigEndianAndEndsInZero) {
+TEST(Frame, HoldsTheCrcBigEndianBetweenZeros) {
   const Bytes payload = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
   const Bytes frame = frame_of_payload(payload);
-  EXPECT_EQ(frame, (Bytes{14, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0xCB, 0xF4, 0x39, 0x26, 0}));
+  EXPECT_EQ(frame, (Bytes{0, 14, '1', '2', '3', '4', '5', '6', '7', '8', '9', 0xCB, 0xF4, 0x39, 0x26, 0}));
 }
 
 TEST(Frame, OfTheLongestPayloadFitsTheStatedMaximum) {
@@ -47,17 +47,20 @@ TEST(Frame, OfTheLongestPayloadFitsTheStatedMaximum) {
   EXPECT_LE(frame_of_payload(longest).size(), IMRIG_FRAME_MAX);
 }
 
-TEST(Frame, WithAnySingleBitTurnedIsRefusedOrAnotherLength) {
+TEST(Frame, WithAnyBitWrongIsRefusedAndCostsNoOther) {
   Bytes payload(40);
   std::iota(payload.begin(), payload.end(), std::uint8_t{0});
   const Bytes good = frame_of_payload(payload);
-  for (std::size_t bit = 0; bit < 8 * (good.size() - 1); ++bit) {
+  for (std::size_t bit = 8; bit < 8 * good.size(); ++bit) {
     Bytes bad = good;
     bad[bit / 8] = static_cast<std::uint8_t>(bad[bit / 8] ^ (1u << (bit % 8)));
     FrameReader reader;
     int taken = 0;
     reader.feed(bad, [&](auto) { ++taken; });
     EXPECT_EQ(taken, 0) << "bit " << bit;
+    EXPECT_LE(reader.bad_frames(), 2);
+    reader.feed(good, [&](auto) { ++taken; });
+    EXPECT_EQ(taken, 1) << "bit " << bit << " cost the next frame too";
     EXPECT_GE(reader.bad_frames(), 1);
   }
 }
