@@ -2,67 +2,42 @@
 // Runs a campaign: a state machine that is fed with messages and time and answers with messages to publish and events for the journal.
 // No LCM, clock, thread or file in here; session.h gives it a bus and a journal.
 //
-//   start: leases of bridge and dyno -> DATASET -> points in order, each one an action list (sequence.h) -> to rest -> done.
-//   A record is complete when every sample of it came, here and at the recorder, in one piece; else it is ended as aborted and the
-//   point is run again, at most `retries` times. A trip, a lost lease or a silent process ends the campaign: the rig is stopped, never
-//   left holding.
+//   connect -> lease -> zeros -> points -> rest -> confirm -> release -> end
+//   any of these --stop, trip, failure--> stopping -> release -> end
+//
+// zeros: gates off at rest, for the sensors' zeros. A record is complete when every sample of it came, here and at the recorder, in one
+// piece; else it ends as aborted and the point is run again, at most `retries` times. A point is done once the recorder says that
+// its record's end is on disk. A trip, a lost lease or a silent process ends the campaign: the rig is stopped, never left holding.
 
 #include <cstdint>
-#include <deque>
-#include <imrig_msg/ack_t.hpp>
-#include <imrig_msg/bridge_cmd_t.hpp>
-#include <imrig_msg/bridge_status_t.hpp>
-#include <imrig_msg/campaign_status_t.hpp>
-#include <imrig_msg/dataset_t.hpp>
-#include <imrig_msg/dyno_cmd_t.hpp>
-#include <imrig_msg/dyno_status_t.hpp>
-#include <imrig_msg/estimate_t.hpp>
-#include <imrig_msg/heartbeat_t.hpp>
-#include <imrig_msg/lease_cmd_t.hpp>
 #include <imrig_msg/lease_t.hpp>
-#include <imrig_msg/record_t.hpp>
-#include <imrig_msg/samples_t.hpp>
 #include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "rig/base/rig_config.h"
+#include "rig/campaign/rig_view.h"
+#include "rig/campaign/runner_output.h"
 #include "rig/campaign/sequence.h"
-#include "rig/safety/lease_client.h"
 #include "rig/safety/moment.h"
 
 namespace imrig {
 
 struct RunnerConfig {
-  std::int64_t config_hash = 0;
   RigConfig rig;
   Plan plan;                          // name and rates
+  std::int64_t config_hash = 0;
   std::vector<CheckedPoint> points;   // in the order to run, finished ones left out
   int points_total = 0;               // with those finished in earlier runs
   int first_record_number = 1;
-  int profile_base = 1;               // profile ids count up from here
+  int first_profile_id = 1;
   int retries = 2;                    // of a point, after its first attempt
-  std::int64_t patience_us = 10'000'000;  // wall time without progress after which the campaign gives up
+  std::int64_t patience_us = 10'000'000;  // steady time without progress after which the campaign gives up
   std::int64_t holder = 1;            // this client's id at the leases
   std::int64_t instance = 1;          // of the heartbeat
   std::int32_t pid = 0;
   bool needs_recorder = true;         // wait for a recorder's acknowledgements
 };
-
-// What the journal is told.
-struct RunnerEvent {
-  enum Kind { kRecordBegun, kPointDone, kPointRetried, kPointFailed, kEnded } kind = kEnded;
-  std::string id;
-  int number = 0;
-  int attempt = 0;
-  std::int64_t samples = 0;
-  std::string text;   // why; for kEnded "done", "stopped", "tripped: ...", "failed: ..."
-};
-
-using RunnerOutput = std::variant<imrig_msg::bridge_cmd_t, imrig_msg::dyno_cmd_t, imrig_msg::lease_cmd_t, imrig_msg::record_t,
-                                  imrig_msg::dataset_t, imrig_msg::campaign_status_t, imrig_msg::ack_t, imrig_msg::heartbeat_t,
-                                  RunnerEvent>;
 
 enum class RunnerEnd { kRunning, kDone, kStopped, kTripped, kFailed };
 const char* end_word(RunnerEnd end);  // "done", "stopped", "tripped", "failed"
@@ -84,12 +59,12 @@ class Runner {
   // Call after every batch of messages and at least every 20 ms. What it returns is to be published, or written, in this order.
   std::vector<RunnerOutput> step(Moment now);
 
-  RunnerEnd end() const;            // kRunning until the rig rests and the leases are given back
-  std::string end_reason() const;   // one sentence
-  int points_done() const;          // earlier runs included
+  RunnerEnd end() const;             // kRunning until the rig rests and the leases are given back
+  std::string end_reason() const;    // one sentence, empty when done
+  int points_done() const;           // earlier runs included
   int points_failed() const;
-  std::int64_t lost_blocks() const; // of samples, as seen by the campaign
-  std::string point_id() const;     // running now
+  std::int64_t lost_blocks() const;  // of samples, as seen by the campaign
+  std::string point_id() const;      // running now
 
  private:
   struct State;

@@ -202,7 +202,7 @@ class Campaign {
     c.points = std::move(left);
     c.points_total = static_cast<int>(checked_.in_order.size());
     c.first_record_number = past_.highest_number + 1;
-    c.profile_base = static_cast<int>(random_id() % 1'000'000) * 1000 + 1;  // no mistaking an earlier client's profile
+    c.first_profile_id = static_cast<int>(random_id() % 1'000'000) * 1000 + 1;  // no mistaking an earlier client's profile
     c.holder = random_id();
     c.instance = random_id();
     c.pid = static_cast<std::int32_t>(::getpid());
