@@ -64,7 +64,6 @@ class Drive {
   const double* own(const State& x, const EffectSet::Slot& slot) const { return &x[kOwn + slot.offset]; }
 
   const EffectSet& effects() const { return effects_; }
-  const MechanicsConfig& mechanics() const { return mechanics_; }
 
   Terminals terminals;
   double field_V = 0.0;
