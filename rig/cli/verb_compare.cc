@@ -54,9 +54,9 @@ std::string cell(const est::PointResult& point, const char* channel, bool measur
 std::string deviation(const est::PointResult& point, const char* channel) {
   const auto found = point.channels.find(channel);
   if (found == point.channels.end()) return "-";
-  return std::isnan(found->second.measured)
-             ? "-"
-             : fmt::format("{:+.1f}", 100.0 * (found->second.predicted / found->second.measured - 1.0));
+  const auto [measured, predicted] = found->second;
+  if (std::isnan(measured) || measured == 0.0) return "-";
+  return fmt::format("{:+.1f}", 100.0 * (predicted / measured - 1.0));
 }
 
 void print_points(const est::ComparedRecord& record) {
@@ -78,7 +78,7 @@ void print_points(const est::ComparedRecord& record) {
 
 void print_pooled(const char* name, const est::PooledResult& pooled) {
   if (pooled.records == 0) return;
-  fmt::print("{}: {} records, current error {} % of the signal, noise floor {} %, chi2/dof {}\n", name,
+  fmt::print("{}: {} {}, current error {} % of the signal, noise floor {} %, chi2/dof {}\n", name,
              pooled.records, percent(pooled.nrmse), percent(pooled.floor_nrmse),
              shown(pooled.chi2_per_dof, 3));
 }

@@ -91,8 +91,9 @@ void print_points(const Record& record, int pole_pairs) {
 }
 
 void print_text(const DataSet& data, double R_s) {
-  fmt::print("{}: {} records, {} pole pairs, motor in {}\n", printable(data.name), data.records.size(),
-             data.pole_pairs, data.delta ? "delta (values below are of the equivalent star)" : "star");
+  fmt::print("{}: {} record{}, {} pole pairs, motor in {}\n", printable(data.name), data.records.size(),
+             data.records.size() == 1 ? "" : "s", data.pole_pairs,
+             data.delta ? "delta (values below are of the equivalent star)" : "star");
   fmt::print("noise, one sigma: current {} A, voltage {} V, speed {} rpm, power {} W\n\n",
              shown(data.noise.current_A, 3), shown(data.noise.voltage_V, 3),
              shown(rpm_of_rad_s(data.noise.speed_rad_s), 3), shown(data.noise.power_W, 3));

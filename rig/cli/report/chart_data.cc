@@ -30,12 +30,13 @@ Json conditions(const Conditions& c) {
       {"psi_Wb", rounded(c.psi_Wb)}, {"torque_Nm", rounded(c.torque_Nm)}, {"stator_C", rounded(c.stator_C)}};
 }
 
-// One dot per record, or per point of a table: error in per cent.
+// One dot per record, or per point of a table: error in per cent, signed for points (positive: the model
+// draws more).
 void add_dots(const est::ComparedRecord& record, Json& dots) {
   for (const auto& point : record.points) {
     const auto found = point.channels.find("current_A");
     if (found == point.channels.end() || std::isnan(found->second.measured)) continue;
-    const double error = 100.0 * std::abs(found->second.predicted / found->second.measured - 1.0);
+    const double error = 100.0 * (found->second.predicted / found->second.measured - 1.0);
     dots.push_back({{"id", record.id},
                     {"holdout", record.holdout},
                     {"error", rounded(error)},

@@ -32,7 +32,7 @@ std::string tiles(const est::CompareResult& result) {
   const auto add = [&out](const char* name, const est::PooledResult& pooled) {
     if (pooled.records == 0) return;
     out += tile(std::string(name) + " current error", percent(pooled.nrmse) + " %",
-                std::to_string(pooled.records) + " records");
+                std::to_string(pooled.records) + (pooled.records == 1 ? " record" : " records"));
     out += tile(std::string(name) + " noise floor",
                 percent(pooled.floor_nrmse) + (std::isnan(pooled.floor_nrmse) ? "" : " %"),
                 std::isnan(pooled.floor_nrmse) ? "noise not known" : "what noise alone would leave");
@@ -64,7 +64,8 @@ std::string records_table(const est::CompareResult& result) {
       rows.push_back({record.id, record_kind_word(record.kind), record.holdout ? "hold-out" : "",
                       shown(record.conditions.f_Hz), percent(record.conditions.slip),
                       shown(record.conditions.i_A), name, shown(c.rmse, 3) + " " + c.unit, percent(c.nrmse),
-                      percent(c.floor), shown(c.chi2_per_dof, 3), record.floor_from});
+                      percent(c.floor), shown(c.chi2_per_dof, 3),
+                      std::isnan(c.floor) ? "" : record.floor_from});
     }
   }
   return html_table({"<record", "<kind", "<", "f Hz", "slip %", "I A", "<channel", "rms error", "error %",

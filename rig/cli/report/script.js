@@ -75,7 +75,7 @@
     const names = { f_Hz: 'frequency, Hz', slip: 'slip, %', i_A: 'current, A peak', psi_Wb: 'stator flux, Wb', torque_Nm: 'torque, Nm', stator_C: 'stator temperature, °C' };
     const shown = Object.keys(names).filter(varies);
     if (shown.length === 0) return;
-    const grid = section('Where the model fails', 'Current error in per cent over the operating conditions; one dot is one record, or one point of a table.');
+    const grid = section('Where the model fails', 'Current error in per cent over the operating conditions; one dot is one record (rms), or one point of a table (positive: the model draws more).');
     for (const name of shown) {
       const series = (holdout) => data.dots.filter((dot) => dot.holdout === holdout && dot.at[name] !== null)
         .map((dot) => ({ x: dot.at[name], y: dot.error, id: dot.id }));
