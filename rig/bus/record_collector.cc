@@ -124,9 +124,9 @@ void RecordCollector::remember(const SampleBlock& block) {
 void RecordCollector::extend_margins(const SampleBlock& block) {
   std::erase_if(want_after_, [&](RawRecord* record) {
     if (record->begin.number == block->record) return false;
-    const SampleBlock& last = record->after.empty() ? record->blocks.back() : record->after.back();
-    if (follows(last, block)) record->after.push_back(block);
-    return !follows(last, block) || count(record->after) >= margin_samples(block);
+    const bool next = follows(record->after.empty() ? record->blocks.back() : record->after.back(), block);
+    if (next) record->after.push_back(block);
+    return !next || count(record->after) >= margin_samples(block);
   });
 }
 
