@@ -7,6 +7,7 @@
 
 #include "rig/base/error.h"
 #include "rig/bus/log_records.h"
+#include "rig/cli/campaign_folder.h"
 #include "rig/data/data_hash.h"
 #include "rig/data/folder.h"
 #include "rig/data/quality.h"
@@ -20,7 +21,8 @@ namespace fs = std::filesystem;
 DataSet load_one(const std::string& path) {
   std::error_code problem;
   if (!fs::exists(path, problem))
-    throw Error(path, "is not there", "a data-set folder or an event log is needed");
+    throw Error(path, "is not there", "a data-set folder, a campaign's folder or an event log is needed");
+  if (is_campaign_folder(path)) return read_campaign_folder(path);
   if (fs::is_directory(path, problem)) return read_folder(path);
   if (fs::path(path).filename() == "dataset.toml") {
     const auto parent = fs::path(path).parent_path();
@@ -73,7 +75,7 @@ void merge(DataSet& all, DataSet next, const std::string& path) {
 }  // namespace
 
 DataSet load_data(const std::vector<std::string>& paths) {
-  if (paths.empty()) throw Error("data", "none is named", "a data-set folder or an event log is needed");
+  if (paths.empty()) throw Error("data", "none is named", "a data-set folder, a campaign's folder or an event log is needed");
   DataSet all = load_one(paths.front());
   for (std::size_t k = 1; k < paths.size(); ++k) merge(all, load_one(paths[k]), paths[k]);
   if (all.records.empty())
