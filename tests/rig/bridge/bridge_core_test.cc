@@ -719,7 +719,10 @@ TEST(BridgeCore, NoSequenceOfEventsLeavesTheGatesOnInATrippedState) {
       const bool link_up = bench.status().link_state == bridge_status_t::LINK_UP;
       const bool ordered = link_up && tripped_ms > 2 && (good_ms >= tripped_ms || good_ms > 60);
       if (ordered || tripped_ms > bench.rig.limits.device_watchdog_ms + 20) {
-        ASSERT_FALSE(bench.gates_on()) << "tripped, seed " << seed << " step " << k << " tripped_ms " << tripped_ms << " good_ms " << good_ms << " cause " << static_cast<int>(bench.core->cause()) << " device " << bench.device.state;
+        ASSERT_FALSE(bench.gates_on())
+            << "tripped, seed " << seed << " step " << k << " tripped_ms " << tripped_ms << " good_ms "
+            << good_ms << " cause " << static_cast<int>(bench.core->cause()) << " device "
+            << bench.device.state;
       }
       if (idle_ms > bench.rig.limits.device_watchdog_ms + 20) {
         ASSERT_FALSE(bench.gates_on()) << "idle, seed " << seed << " step " << k;
