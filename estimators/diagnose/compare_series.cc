@@ -6,6 +6,7 @@
 
 #include "estimators/diagnose/channel.h"
 #include "estimators/model/predict.h"
+#include "rig/base/file.h"
 #include "rig/base/space_vector.h"
 
 namespace imrig::est {
@@ -33,6 +34,12 @@ TimeSeries disturbed(const TimeSeries& series, const Noise& noise, std::mt19937_
   return out;
 }
 
+// Each record draws its own noise, by its values alone: neither its name nor its place in the set matters.
+std::uint64_t seed_of(const TimeSeries& series, std::uint64_t seed) {
+  const std::size_t bytes = std::min<std::size_t>(64, series.i.size()) * sizeof(SpaceVector);
+  return fnv1a64({reinterpret_cast<const char*>(series.i.data()), bytes}, fnv1a64("noise") + seed);
+}
+
 // Per sample: what voltage and speed noise do to the prediction, mean square over the draws.
 struct PassedNoise {
   double current2 = 0.0;  // of |i|, mean over the samples
@@ -46,7 +53,7 @@ PassedNoise passed_noise(const MachineParameters<double>& machine, const DataSet
   const std::size_t n = clean.predicted.size();
   out.power2.assign(n, 0.0);
   if (std::isnan(data.noise.voltage_V) && std::isnan(data.noise.speed_rad_s)) return out;
-  std::mt19937_64 random(options.noise_seed);
+  std::mt19937_64 random(seed_of(series, options.noise_seed));
   const double weight = 1.0 / std::max(1, options.noise_draws);
   for (int draw = 0; draw < options.noise_draws; ++draw) {
     const auto moved = predict_current(machine, data.pole_pairs, disturbed(series, data.noise, random));

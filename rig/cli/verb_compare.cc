@@ -78,9 +78,9 @@ void print_points(const est::ComparedRecord& record) {
 
 void print_pooled(const char* name, const est::PooledResult& pooled) {
   if (pooled.records == 0) return;
-  fmt::print("{}: {} {}, current error {} % of the signal, noise floor {} %, chi2/dof {}\n", name,
-             pooled.records, percent(pooled.nrmse), percent(pooled.floor_nrmse),
-             shown(pooled.chi2_per_dof, 3));
+  fmt::print("{}: {} record{}, current error {} % of the signal, noise floor {} %, chi2/dof {}\n", name,
+             pooled.records, pooled.records == 1 ? "" : "s", percent(pooled.nrmse),
+             percent(pooled.floor_nrmse), shown(pooled.chi2_per_dof, 3));
 }
 
 void print_text(const est::CompareResult& result) {
@@ -90,8 +90,8 @@ void print_text(const est::CompareResult& result) {
     if (!record.points.empty()) print_points(record);
   }
   fmt::print("\n");
-  print_pooled("fitted records", result.fitted);
-  print_pooled("hold-out records", result.holdout);
+  print_pooled("fitted", result.fitted);
+  print_pooled("hold-out", result.holdout);
   for (const auto& record : result.records) {
     if (!record.left_out.empty())
       fmt::print("left out: {}: {}\n", printable(record.id), printable(record.left_out));
