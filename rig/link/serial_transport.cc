@@ -21,7 +21,7 @@ namespace imrig {
 
 namespace {
 
-constexpr std::size_t kQueueBytes = 65536;
+constexpr std::size_t kQueueBytes = 262144;  // more than the 32 blocks that a host grants at most
 
 [[noreturn]] void fail(const Url& url, const std::string& what, const std::string& right) {
   throw Error("link '" + url.text + "'", what, right);

@@ -24,7 +24,7 @@ class Transport {
   // nothing there.
   virtual std::size_t read(std::span<std::uint8_t> buffer) = 0;
   // Sends whole frames without waiting. False: dropped (nobody to send to, buffers full). On a serial line
-  // unsent bytes stay queued (up to 64 kB) and go out with the next read, write or wait.
+  // unsent bytes stay queued (up to 256 kB) and go out with the next read, write or wait.
   virtual bool write(std::span<const std::uint8_t> frames) = 0;
   // Waits until there is something to read, at most timeout_ms (0: only looks). True: there is.
   virtual bool wait(int timeout_ms) = 0;

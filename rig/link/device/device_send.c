@@ -66,7 +66,7 @@ static size_t put_status(imrig_device* d) {
   m.next_index = d->next_index;
   m.state = d->state;
   m.trip = d->trip;
-  m.profile_id = imrig_device_must_be_off(d) ? 0 : d->banks[d->active].profile_id;
+  m.profile_id = d->banks[d->active].profile_id;
   m.profile_loaded = spare->committed ? spare->profile_id : 0;
   m.segment = d->segment;
   m.bad_frames = d->bad_frames;

@@ -64,13 +64,10 @@ void imrig_enter_trip(imrig_device* d, int32_t trip) {
   d->trip = trip;
 }
 
+/* Without a ramp, or with nothing driven, the next command is the last one's end. */
 void imrig_enter_stop(imrig_device* d, double ramp_s) {
-  const int64_t samples = (int64_t)(ramp_s / d->sample_s + 0.5);
+  const int64_t samples = d->drive.command.legs == 0 ? 0 : (int64_t)(ramp_s / d->sample_s + 0.5);
   if (d->state == IMRIG_STOPPING && samples >= d->drive.ramp_samples - d->drive.ramp_n) return;
-  if (samples == 0 || d->drive.command.legs == 0) {
-    imrig_enter_idle(d);
-    return;
-  }
   imrig_drive_ramp_down(&d->drive, samples);
   d->state = IMRIG_STOPPING;
   d->segment = -1;
@@ -175,9 +172,7 @@ imrig_command imrig_device_sample(imrig_device* d, const imrig_counts* counts) {
   return d->drive.command;
 }
 
-int imrig_device_must_be_off(const imrig_device* d) {
-  return d->state == IMRIG_IDLE || d->state == IMRIG_TRIPPED;
-}
+int imrig_device_must_be_off(const imrig_device* d) { return d->state == IMRIG_TRIPPED; }
 
 int imrig_device_may_sample(const imrig_device* d) {
   return d->welcomed && (!d->config.waits_for_credit || d->next_index < d->until_index);

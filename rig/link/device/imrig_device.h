@@ -109,7 +109,7 @@ int imrig_device_has_output(const imrig_device* d);
 
 /* One sample; returns the command that acts from the next sample on. */
 imrig_command imrig_device_sample(imrig_device* d, const imrig_counts* counts);
-/* 1 while idle or tripped: the gates must be open now, whatever command was returned before. */
+/* 1 while tripped: the gates must be open now, whatever command was returned before. */
 int imrig_device_must_be_off(const imrig_device* d);
 /* 1 when a host is there and, if the device waits for credit, has granted the next sample. */
 int imrig_device_may_sample(const imrig_device* d);

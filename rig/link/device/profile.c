@@ -124,11 +124,12 @@ static void step_segment(imrig_drive* d, int64_t m, const double i_A[3]) {
 }
 
 static void step_ramp(imrig_drive* d, int64_t m) {
-  const double left = 1.0 - (double)d->ramp_n / (double)d->ramp_samples;
+  double left;
   if (d->ramp_n >= d->ramp_samples) {
     command_off(&d->command);
     return;
   }
+  left = 1.0 - (double)d->ramp_n / (double)d->ramp_samples;
   if (!d->ramp_turns) {
     int k;
     for (k = 0; k < 3; ++k) d->command.v_V[k] = left * d->ramp_from.v_V[k];

@@ -144,6 +144,7 @@ TEST_F(Device, StartsFromIdleWithAngleZero) {
   bench.hello();
   run_to_hold(1);
   bench.order(IMRIG_STOP);
+  EXPECT_EQ(bench.sample().legs, 0u);
   EXPECT_EQ(device().state, IMRIG_IDLE);
   ASSERT_EQ(bench.upload(2, {voltage_segment(400, 50, 50, 30, 30)}, 0), IMRIG_DONE);
   bench.order(IMRIG_START, 2);

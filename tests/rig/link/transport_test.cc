@@ -1,22 +1,17 @@
 // Host core and device over the real wires: UDP and a pair of pseudo-terminals.
 #include "rig/link/transport.h"
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <poll.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <set>
-#include <thread>
 
 #include "rig/base/clock.h"
 #include "rig/base/error.h"
 #include "rig/link/host.h"
 #include "tests/rig/link/device_bench.h"
+#include "tests/rig/link/serial_line.h"
 
 namespace imrig::test {
 namespace {
@@ -88,53 +83,6 @@ TEST(Transport, ToNobodyIsNoFault) {
   }
 }
 
-// Two pseudo-terminals whose masters are wired to each other, as socat does: opening the two names is a
-// serial line.
-class Line {
- public:
-  Line() {
-    for (int k = 0; k < 2; ++k) {
-      const auto side = static_cast<std::size_t>(k);
-      masters_[side] = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
-      if (masters_[side] < 0 || ::grantpt(masters_[side]) != 0 || ::unlockpt(masters_[side]) != 0)
-        throw Error("no pty");
-      std::array<char, 100> name;
-      if (::ptsname_r(masters_[side], name.data(), name.size()) != 0) throw Error("no pty name");
-      names[side] = name.data();
-      keepers_[side] =
-          ::open(name.data(), O_RDWR | O_NOCTTY);  // so that the master sees no hang-up between users
-    }
-    pump_ = std::thread([this] { pump(); });
-  }
-  ~Line() {
-    stop_ = true;
-    pump_.join();
-    for (const int fd : {masters_[0], masters_[1], keepers_[0], keepers_[1]}) ::close(fd);
-  }
-  std::array<std::string, 2> names;
-
- private:
-  void pump() {
-    std::array<std::uint8_t, 4096> buffer;
-    while (!stop_) {
-      pollfd items[2] = {{masters_[0], POLLIN, 0}, {masters_[1], POLLIN, 0}};
-      ::poll(items, 2, 20);
-      for (std::size_t k = 0; k < 2; ++k) {
-        const ssize_t n = ::read(masters_[k], buffer.data(), buffer.size());
-        for (ssize_t sent = 0; sent < n && !stop_;) {
-          const ssize_t more =
-              ::write(masters_[1 - k], buffer.data() + sent, static_cast<std::size_t>(n - sent));
-          if (more > 0) sent += more;
-          if (more < 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-      }
-    }
-  }
-  std::array<int, 2> masters_ = {-1, -1}, keepers_ = {-1, -1};
-  std::atomic<bool> stop_ = false;
-  std::thread pump_;
-};
-
 // Uploads, starts, takes blocks until the profile is over; the device waits for credit, so nothing may be
 // lost, however slow the machine is.
 void upload_and_run(Transport& device_side, Transport& host_side) {
@@ -200,7 +148,7 @@ TEST(Transport, CarriesAWholeProfileOverUdp) {
 }
 
 TEST(Transport, CarriesAWholeProfileOverASerialLine) {
-  Line line;
+  SerialLine line;
   const auto device_side = open_transport("serial://" + line.names[0] + "?baud=3000000");
   const auto host_side = open_transport("serial://" + line.names[1] + "?baud=3000000");
   EXPECT_THAT(why("serial://" + line.names[1]), HasSubstr("in use"));
