@@ -27,9 +27,6 @@ void add_row(const Row& row, Products& sum) { sum.noalias() += row * row.transpo
 
 }  // namespace
 
-RecordProblem::RecordProblem(const FrameRecord& record, int steps, std::size_t bins)
-    : record_(record), steps_(steps), bin_(std::max<std::size_t>(1, judged() / bins)) {}
-
 double RecordProblem::signal() const {
   double sum = 0.0;
   for (std::size_t k = record_.judged_from; k < record_.size(); ++k) sum += std::norm(record_.i[k]);
@@ -49,16 +46,12 @@ double RecordProblem::error(const MachineParameters<double>& theta) const {
   return sum;
 }
 
-Linearization RecordProblem::linearize(const MachineParameters<double>& theta) const {
+Linearization RecordProblem::linearize(const MachineParameters<double>& theta,
+                                       std::vector<SampleRows>* rows) const {
   const LinearResponse response = linear_response(theta, record_, steps_);
   Linearization out;
   out.start = best_initial_state(response, record_);
   Products sum = Products::Zero();
-  Unknowns before = Unknowns::Zero();
-  const auto close_bin = [&] {
-    out.scores.push_back(sum.col(kUnknowns).head<kUnknowns>() - before);
-    before = sum.col(kUnknowns).head<kUnknowns>();
-  };
   const BaseMachine<Jet> machine(seeded(theta));
   simulate(machine, record_, constant(out.start), steps_, true, [&](std::size_t k, const FluxState<Jet>& x) {
     if (k < record_.judged_from) return;
@@ -70,9 +63,10 @@ Linearization RecordProblem::linearize(const MachineParameters<double>& theta) c
     imaginary << i.im.v, h_s.imag(), h_s.real(), h_r.imag(), h_r.real(), i.im.a - record_.i[k].imag();
     add_row(real, sum);
     add_row(imaginary, sum);
-    if ((k - record_.judged_from + 1) % bin_ == 0) close_bin();
+    if (rows != nullptr)
+      rows->push_back(
+          {real.head<kUnknowns>(), imaginary.head<kUnknowns>(), {real[kUnknowns], imaginary[kUnknowns]}});
   });
-  if (judged() % bin_ != 0) close_bin();
   out.normal = sum.topLeftCorner<kUnknowns, kUnknowns>();
   out.gradient = sum.col(kUnknowns).head<kUnknowns>();
   out.error = sum(kUnknowns, kUnknowns);

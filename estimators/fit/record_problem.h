@@ -23,33 +23,39 @@ using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 
 // Around a point: unknowns in the order above, SI units; errors in A.
 struct Linearization {
-  double error = 0.0;            // A^2
-  FluxState<double> start;       // the best initial fluxes there
-  Normal normal;                 // J' J
-  Unknowns gradient;             // J' r, half the gradient of the error
-  std::vector<Unknowns> scores;  // J' r summed over successive bins of samples
+  double error = 0.0;       // A^2
+  FluxState<double> start;  // the best initial fluxes there
+  Normal normal;            // J' J
+  Unknowns gradient;        // J' r, half the gradient of the error
+};
+
+// One judged sample: two real rows of J, and the residual.
+struct SampleRows {
+  Unknowns real;
+  Unknowns imaginary;
+  std::complex<double> residual;
 };
 
 class RecordProblem {
  public:
-  // steps: integration steps per sample, the same at every theta so that the error is smooth. bins: of the
-  // scores, at most.
-  RecordProblem(const FrameRecord& record, int steps, std::size_t bins = 512);
+  // steps: integration steps per sample, the same at every theta so that the error is smooth.
+  RecordProblem(const FrameRecord& record, int steps) : record_(record), steps_(steps) {}
 
   const FrameRecord& record() const { return record_; }
   std::size_t judged() const { return record_.size() - record_.judged_from; }
-  std::size_t bin() const { return bin_; }  // samples
-  double signal() const;                    // sum |i|^2 over the judged samples
+  int steps() const { return steps_; }
+  double signal() const;  // sum |i|^2 over the judged samples
 
   // The error with the best initial fluxes.
   double error(const MachineParameters<double>& theta) const;
 
-  Linearization linearize(const MachineParameters<double>& theta) const;
+  // rows: where not null, gets the rows of the judged samples.
+  Linearization linearize(const MachineParameters<double>& theta,
+                          std::vector<SampleRows>* rows = nullptr) const;
 
  private:
   const FrameRecord& record_;
   int steps_;
-  std::size_t bin_;
 };
 
 }  // namespace imrig::est

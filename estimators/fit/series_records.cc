@@ -23,9 +23,12 @@ constexpr double kBackwardSlip = 1.8;  // a rotor that turns against the field: 
 constexpr std::array<const char*, kCircuit> kNames{"R_s", "R_r", "L_l", "L_m"};
 constexpr std::array<const char*, kCircuit> kUnits{"ohm", "ohm", "H", "H"};
 
-TransientOptions transient_options(const FrameRecord& record, int pole_pairs, const SeriesSetting& setting) {
+TransientOptions transient_options(const FrameRecord& record, const DataSet& data,
+                                   const SeriesSetting& setting) {
+  const int pole_pairs = data.pole_pairs;
   TransientOptions options;
   options.nominal = setting.nominal;
+  options.noise = data.noise;
   options.bounds_move = setting.nominal_from_data;
   options.fit_R_s = setting.fit_R_s;
   options.saturation_flux_Wb = std::isfinite(setting.saturation_flux_Wb) ? setting.saturation_flux_Wb : 1e9;
@@ -43,7 +46,7 @@ std::string left_out_reason(const TransientFit& fit, int m, double slip, const I
   const auto values = std::array{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
   const auto k = static_cast<std::size_t>(m);
   if (fit.on_bound[k]) return "lies on a bound of the search";
-  const double relative = std::sqrt(fit.covariance(m, m)) / values[k];
+  const double relative = std::sqrt(fit.noise.covariance(m, m)) / values[k];
   if (!(relative <= options.max_relative_sigma)) {
     return fmt::format("its own sigma is {:.2g} %, above {:.2g} % (slip {:.2g} %)", 100.0 * relative,
                        100.0 * options.max_relative_sigma, 100.0 * slip);
@@ -74,8 +77,8 @@ void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options
     const auto k = static_cast<std::size_t>(m);
     RecordEstimate estimate;
     estimate.value = values[k];
-    estimate.sigma = std::sqrt(std::max(0.0, fit.covariance(m, m)));
-    estimate.per_R_s = fit.per_R_s[m];
+    estimate.sigma = std::sqrt(std::max(0.0, fit.noise.covariance(m, m)));
+    estimate.per_R_s = fit.noise.per_R_s[m];
     estimate.unit = kUnits[k];
     estimate.left_out =
         result.rejected.empty() ? left_out_reason(fit, m, result.slip, options) : result.rejected;
@@ -106,7 +109,7 @@ void fit_one(const DataSet& data, const Record& record, const SeriesSetting& set
         "the speed runs against the field: the phase order or the sign of the speed is reversed";
     return;
   }
-  const TransientFit fit = fit_transient(frame, transient_options(frame, data.pole_pairs, setting));
+  const TransientFit fit = fit_transient(frame, transient_options(frame, data, setting));
   result.nrmse = fit.nrmse;
   const double noise = data.noise.current_A * frame.noise_gain;
   if (noise > 0.0) result.chi2_per_dof = std::pow(fit.residual_A / noise, 2);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "estimators/fit/covariance.h"
 #include "estimators/fit/transient_search.h"
 #include "estimators/model/simulate.h"
 
@@ -17,27 +16,20 @@ constexpr int kMostMoves = 3;        // of bounds that are guesses
 
 using Theta = MachineParameters<double>;
 
-// Time after which the residual has forgotten itself: three time constants of the stator's transient.
-std::size_t memory_bins(const Theta& theta, double sample_time_s, std::size_t bin, std::size_t bins) {
-  const double tau = theta.L_l / (theta.R_s + theta.R_r);
-  const auto wanted =
-      static_cast<std::size_t>(std::ceil(3.0 * tau / (sample_time_s * static_cast<double>(bin)))) + 2;
-  return std::clamp<std::size_t>(wanted, 2, std::max<std::size_t>(2, bins / 8));
-}
-
-void add_covariance(const RecordProblem& problem, bool fit_R_s, TransientFit& fit) {
+// Noise, and the estimate freed from what noise on the voltage does to it. A correction larger than a
+// standard deviation is no correction.
+void add_noise(const RecordProblem& problem, const TransientOptions& options, TransientFit& fit) {
   const Linearization here = problem.linearize(fit.theta);
   fit.start = here.start;
   fit.nrmse = std::sqrt(here.error / problem.signal());
   fit.residual_A = std::sqrt(here.error / static_cast<double>(2 * problem.judged()));
-  std::vector<int> moving;
-  for (int m = fit_R_s ? 0 : 1; m < kUnknowns; ++m) moving.push_back(m);
-  const Normal inverse = inverse_over(here.normal, moving);
-  const std::size_t lags =
-      memory_bins(fit.theta, problem.record().sample_time_s, problem.bin(), here.scores.size());
-  const Normal covariance = inverse * long_run_covariance(here.scores, lags) * inverse;
-  fit.covariance = covariance.topLeftCorner<kCircuit, kCircuit>();
-  if (!fit_R_s) fit.per_R_s = -(inverse * here.normal.col(0)).head<kCircuit>();
+  fit.noise = transient_noise(problem, fit.theta, options.fit_R_s, options.noise);
+  const std::array<double Theta::*, kCircuit> places{&Theta::R_s, &Theta::R_r, &Theta::L_l, &Theta::L_m};
+  for (std::size_t m = options.fit_R_s ? 0 : 1; m < places.size(); ++m) {
+    const auto k = static_cast<Eigen::Index>(m);
+    const double sigma = std::sqrt(fit.noise.covariance(k, k));
+    if (!fit.on_bound[m]) fit.theta.*places[m] -= std::clamp(fit.noise.bias[k], -sigma, sigma);
+  }
 }
 
 bool beyond(const Cx<double>& flux, double bound) {
@@ -90,7 +82,7 @@ TransientFit fit_transient(const FrameRecord& record, const TransientOptions& op
     search_from(RecordProblem(record, steps), options, nominal, fit);
   }
   const RecordProblem problem(record, steps);
-  add_covariance(problem, options.fit_R_s, fit);
+  add_noise(problem, options, fit);
   fit.flux_on_bound = beyond(fit.start.psi_s, kBoundFlux * options.saturation_flux_Wb) ||
                       beyond(fit.start.psi_r, kBoundFlux * options.saturation_flux_Wb);
   return fit;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "estimators/fit/record_problem.h"
+#include "estimators/fit/transient_noise.h"
 
 namespace imrig::est {
 
@@ -22,6 +22,7 @@ struct TransientOptions {
   bool bounds_move =
       false;  // the nominal is itself a guess from data: a bound that is hit is moved, up to three times
   bool fit_R_s = false;
+  Noise noise;                      // declared; see transient_noise.h
   double saturation_flux_Wb = 0.5;  // for the bound of the initial fluxes
 };
 
@@ -31,11 +32,9 @@ struct TransientFit {
   FluxState<double> start;  // Wb, in the frame, at the first sample
   std::array<bool, kCircuit> on_bound{};
   bool flux_on_bound = false;
-  Eigen::Matrix4d covariance =
-      Eigen::Matrix4d::Zero();  // of theta, from this record's residuals; R_s row zero where it was given
-  Eigen::Vector4d per_R_s = Eigen::Vector4d::Zero();  // d theta / d R_s where R_s was given
-  double nrmse = kMissing;                            // rms of the residual over rms of the current
-  double residual_A = kMissing;                       // rms per component
+  TransientNoise noise;          // covariance and bias of theta; the bias is already subtracted
+  double nrmse = kMissing;       // rms of the residual over rms of the current
+  double residual_A = kMissing;  // rms per component
   int evaluations = 0;
 };
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlopt.hpp>
 
-#include "estimators/fit/covariance.h"
+#include "estimators/fit/inverse.h"
 
 namespace imrig::est {
 

@@ -54,36 +54,53 @@ double frame_speed(const TimeSeries& series, std::size_t begin, std::size_t end)
   return turn == Complex(0.0) ? 0.0 : std::arg(turn) / series.sample_time_s;
 }
 
-// tau dy/dt = x - y - j w tau y with x on a straight line between samples, stepped exactly; starts in the
-// quasi-steady state of its input.
+// tau dy/dt = x - y - j w tau y with x on a straight line between samples, stepped exactly:
+// y[k+1] = decay y[k] + old x[k] + fresh x[k+1].
+struct FilterStep {
+  Complex gain;  // of a constant input
+  Complex decay, old, fresh;
+};
+
+FilterStep filter_step(double tau, double h, double w_k) {
+  const Complex rate(1.0 / tau, w_k);
+  FilterStep f;
+  f.gain = 1.0 / (rate * tau);
+  f.decay = std::exp(-rate * h);
+  const Complex slope = (1.0 - f.decay) / (rate * h);
+  f.old = f.gain * (slope - f.decay);
+  f.fresh = f.gain * (1.0 - slope);
+  return f;
+}
+
+// Starts in the quasi-steady state of its input.
 void filter_like_voltage(FrameRecord& record, double tau) {
-  const double h = record.sample_time_s;
-  const Complex rate(1.0 / tau, record.w_k);
-  const Complex z = rate * h;
-  const Complex decay = std::exp(-z);
-  const Complex gain = 1.0 / (rate * tau);
-  const Complex slope = (1.0 - decay) / z;
-  const Complex old_weight = gain * (slope - decay);
-  const Complex new_weight = gain * (1.0 - slope);
+  record.filter_s = tau;
+  record.judged_from = static_cast<std::size_t>(std::ceil(kFilterMemory * tau / record.sample_time_s));
+  const FilterStep f = filter_step(tau, record.sample_time_s, record.w_k);
   Complex x = record.i.front();
-  record.i.front() *= gain;
+  record.i.front() *= f.gain;
   for (std::size_t k = 1; k < record.size(); ++k) {
     const Complex next = record.i[k];
-    record.i[k] = decay * record.i[k - 1] + old_weight * x + new_weight * next;
+    record.i[k] = f.decay * record.i[k - 1] + f.old * x + f.fresh * next;
     x = next;
   }
-  // White noise through y[k+1] = d y[k] + a x[k] + b x[k+1].
-  const double power = (std::norm(old_weight) + std::norm(new_weight) +
-                        2.0 * (std::conj(old_weight) * decay * new_weight).real()) /
-                       (1.0 - std::norm(decay));
+  double power = 0.0;
+  for (const Complex& response : record.filter_response()) power += std::norm(response);
   record.noise_gain = std::sqrt(power);
-  record.judged_from = static_cast<std::size_t>(std::ceil(kFilterMemory * tau / h));
 }
 
 }  // namespace
 
 Complex FrameRecord::back(std::size_t k) const {
   return std::polar(1.0, w_k * sample_time_s * static_cast<double>(k));
+}
+
+std::vector<Complex> FrameRecord::filter_response() const {
+  if (filter_s <= 0.0) return {1.0};
+  const FilterStep f = filter_step(filter_s, sample_time_s, w_k);
+  std::vector<Complex> response{f.fresh, f.decay * f.fresh + f.old};
+  while (response.size() < judged_from) response.push_back(f.decay * response.back());
+  return response;
 }
 
 FrameRecord to_frame(const TimeSeries& series, int pole_pairs) {
@@ -96,6 +113,7 @@ FrameRecord to_frame(const TimeSeries& series, int pole_pairs) {
   FrameRecord record;
   record.sample_time_s = series.sample_time_s;
   record.first = begin;
+  record.pole_pairs = pole_pairs;
   record.w_k = frame_speed(series, begin, end);
   for (std::size_t k = begin; k < end; ++k) {
     const Complex turn = std::conj(record.back(k - begin));

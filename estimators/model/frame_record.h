@@ -25,10 +25,14 @@ struct FrameRecord {
   std::vector<std::complex<double>> v;  // V
   std::vector<std::complex<double>> i;  // A, after the matched filter
   std::vector<double> w_r;              // electrical rad/s
-  double noise_gain = 1.0;              // factor of the matched filter on the sigma of white current noise
+  int pole_pairs = 1;
+  double filter_s = 0.0;    // time constant of the matched filter; 0: none
+  double noise_gain = 1.0;  // factor of the matched filter on the sigma of white current noise
   std::size_t size() const { return i.size(); }
   // The factor exp(j w_k t_k) that turns a vector of sample k back to the stationary frame.
   std::complex<double> back(std::size_t k) const;
+  // Impulse response of the matched filter in the frame, until it is forgotten; {1} without a filter.
+  std::vector<std::complex<double>> filter_response() const;
 };
 
 // Throws Error when the series is too short, holds missing values or has lengths that do not match.
