@@ -159,6 +159,7 @@ TEST(BridgeProcess, RecordedSessionPlayedBackMovesNothing) {
 TEST(BridgeProcess, StaleCommandIsRefused) {
   Rig rig;
   ASSERT_TRUE(rig.commander.drive());
+  ASSERT_TRUE(rig.commander.until([&] { return rig.device.gates_on.load(); }));
   bridge_cmd_t cmd = {};
   cmd.bridge_cmd_v1 = 1;
   cmd.action = bridge_cmd_t::STOP;
