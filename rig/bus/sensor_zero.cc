@@ -37,10 +37,7 @@ double median(std::vector<double> values) {
 bool ZeroCollector::at_rest(const imrig_msg::samples_t& block) {
   const bool contiguous = block.boot_id == boot_id_ && block.first_index == next_index_;
   const bool still = !contiguous || block.encoder.front() == last_encoder_;
-  if (block.gates_on == 0 && !(off_ && contiguous)) {
-    // A device that has just booted has had its gates off all the time.
-    off_since_ = block.first_index == 0 ? std::numeric_limits<std::int64_t>::min() / 2 : block.first_index;
-  }
+  if (block.gates_on == 0 && !(off_ && contiguous)) off_since_ = block.first_index;
   off_ = block.gates_on == 0;
   boot_id_ = block.boot_id;
   next_index_ = block.first_index + block.n;
