@@ -43,6 +43,7 @@ std::vector<std::string> find_outliers(const std::vector<Contribution>& all) {
 
 // Variance between the records beyond their own noise.
 double between_records(const std::vector<Contribution>& kept) {
+  if (kept.size() < 2) return 0.0;
   double w = 0.0, w2 = 0.0, wy = 0.0;
   for (const auto& one : kept) {
     const double weight = 1.0 / (one.sigma * one.sigma);

@@ -273,6 +273,9 @@ void add_misfit(const PointsProblem& problem, PointsFit& fit) {
     m.predicted = predict_point(fit.theta, problem.pole_pairs(), shifted);
     m.current = (m.predicted.i_peak_A - measured.i_peak_A) / measured.i_peak_A;
     m.power = (m.predicted.p_in_W - measured.p_in_W) / largest;
+    m.shaft_W =
+        m.predicted.p_out_W -
+        (std::isfinite(measured.p_out_W) ? measured.p_out_W : measured.torque_Nm * measured.speed_rad_s);
     for (const double relative : {m.current, m.power}) {
       if (!std::isfinite(relative)) continue;
       sum += relative * relative;
@@ -283,8 +286,25 @@ void add_misfit(const PointsProblem& problem, PointsFit& fit) {
   fit.nrmse = n > 0 ? std::sqrt(sum / static_cast<double>(n)) : kMissing;
 }
 
+void add_shaft_note(PointsFit& fit) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const auto& m : fit.misfit) {
+    if (!std::isfinite(m.shaft_W)) continue;
+    low = std::min(low, m.shaft_W);
+    high = std::max(high, m.shaft_W);
+  }
+  if (low > high) return;
+  fit.notes.push_back(
+      fmt::format("shaft power is not fitted where input power is known: predicted minus measured is {:.0f} "
+                  "to {:.0f} W (friction "
+                  "and stray loss are not in the circuit)",
+                  low, high));
+}
+
 void add_notes(PointsFit& fit) {
   const Values v = as_array(fit.theta);
+  add_shaft_note(fit);
   for (std::size_t m = 0; m < v.size(); ++m) {
     if (fit.on_bound[m])
       fit.notes.push_back(fmt::format("{} lies on its bound: the table does not show it", kNames[m]));

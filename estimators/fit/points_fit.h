@@ -31,6 +31,7 @@ struct PointMisfit {
   double speed_shift_rad_s = 0.0;  // fitted minus measured, mechanical
   double current = 0.0;            // (predicted - measured) / measured; NaN where not measured
   double power = 0.0;              // (predicted - measured) / largest measured power
+  double shaft_W = kMissing;  // predicted air-gap power minus measured shaft power: what the circuit lacks
 };
 
 struct PointsFit {

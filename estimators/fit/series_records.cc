@@ -92,6 +92,15 @@ void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options
     result.rejected = "determines no parameter: " + reasons;
 }
 
+// Against the declared noise of the current, and of the voltage through the machine.
+double chi2_per_dof(const TransientFit& fit, const Noise& declared) {
+  if (!(declared.current_A > 0.0)) return kMissing;
+  const double voltage = declared.voltage_V > 0.0 ? declared.voltage_V : 0.0;
+  return fit.residual_A * fit.residual_A /
+         (fit.noise.current_gain * declared.current_A * declared.current_A +
+          fit.noise.voltage_gain * voltage * voltage);
+}
+
 void fit_one(const DataSet& data, const Record& record, const SeriesSetting& setting,
              const IdentifyOptions& options, RecordResult& result) {
   const FrameRecord frame = to_frame(record.series, data.pole_pairs);
@@ -111,8 +120,7 @@ void fit_one(const DataSet& data, const Record& record, const SeriesSetting& set
   }
   const TransientFit fit = fit_transient(frame, transient_options(frame, data, setting));
   result.nrmse = fit.nrmse;
-  const double noise = data.noise.current_A * frame.noise_gain;
-  if (noise > 0.0) result.chi2_per_dof = std::pow(fit.residual_A / noise, 2);
+  result.chi2_per_dof = chi2_per_dof(fit, data.noise);
   judge(fit, setting.fit_R_s, options, result);
 }
 

@@ -185,7 +185,10 @@ TransientNoise transient_noise(const RecordProblem& problem, const MachineParame
   TransientNoise noise;
   if (!fit_R_s) noise.per_R_s = -(inverse * here.normal.col(0)).head<kCircuit>();
   const VoltageNoise through_machine = voltage_noise(problem, theta);
-  split(rows, current_noise(problem.record()), through_machine, noise);
+  const CurrentNoise through_filter = current_noise(problem.record());
+  noise.current_gain = through_filter.energy;
+  noise.voltage_gain = through_machine.energy;
+  split(rows, through_filter, through_machine, noise);
 
   const BaseMachine<double> machine(theta);
   std::array<Signal, kCircuit> from_current, from_voltage, from_speed;

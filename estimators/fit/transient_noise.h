@@ -22,6 +22,9 @@ namespace imrig::est {
 struct TransientNoise {
   double current_A = 0.0;  // one sigma of each component of a sample, before the matched filter
   double voltage_V = 0.0;
+  double current_gain =
+      1.0;  // variance of the residual per variance of the current channels (matched filter)
+  double voltage_gain = 0.0;  // A^2/V^2: likewise of the voltage channels (machine)
   Eigen::Matrix4d covariance =
       Eigen::Matrix4d::Zero();  // of R_s, R_r, L_l, L_m; the row of R_s is zero where it is not free
   Eigen::Vector4d bias = Eigen::Vector4d::Zero();     // estimate minus truth, expected

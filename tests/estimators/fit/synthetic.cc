@@ -56,7 +56,8 @@ const std::vector<Motor>& motors() {
   return all;
 }
 
-Case step_case(const Motor& motor, double relative_voltage, double relative_frequency, double slip, double sample_time_s, std::size_t samples) {
+Case step_case(const Motor& motor, double relative_voltage, double relative_frequency, double slip,
+               double sample_time_s, std::size_t samples) {
   Case c;
   c.f_Hz = motor.f_Hz * relative_frequency;
   c.v_peak_V = motor.v_peak_V * relative_voltage;
@@ -103,7 +104,8 @@ TimeSeries record(const Motor& m, const Case& c) {
   return series;
 }
 
-void add_noise(TimeSeries& series, double current_A, double voltage_V, double speed_rad_s, std::uint64_t seed) {
+void add_noise(TimeSeries& series, double current_A, double voltage_V, double speed_rad_s,
+               std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   for (std::size_t k = 0; k < series.size(); ++k) {

@@ -15,7 +15,9 @@ namespace {
 
 using synthetic::Motor;
 
-MachineParameters<double> truth_of(const Motor& m) { return inverse_gamma_of(TCircuit{m.R_s, m.R_r, m.L_ls, m.L_lr, m.L_m}); }
+MachineParameters<double> truth_of(const Motor& m) {
+  return inverse_gamma_of(TCircuit{m.R_s, m.R_r, m.L_ls, m.L_lr, m.L_m});
+}
 
 TEST(TransientFitTest, Explore) {
   for (const auto& m : synthetic::motors()) {
@@ -29,9 +31,11 @@ TEST(TransientFitTest, Explore) {
       o.nominal = {truth.R_s, 1.8 * truth.R_r, 0.6 * truth.L_l, 0.7 * truth.L_m};
       const auto t0 = std::chrono::steady_clock::now();
       const auto fit = fit_transient(frame, o);
-      const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - t0).count();
-      std::printf("%-22s h %6.0f us: R_r %+.2e L_l %+.2e L_m %+.2e nrmse %.1e eval %d  %.1f ms %s\n", m.name, h * 1e6, fit.theta.R_r / truth.R_r - 1,
-                  fit.theta.L_l / truth.L_l - 1, fit.theta.L_m / truth.L_m - 1, fit.nrmse, fit.evaluations, ms, fit.failure.c_str());
+      const double ms =
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - t0).count();
+      std::printf("%-22s h %6.0f us: R_r %+.2e L_l %+.2e L_m %+.2e nrmse %.1e eval %d  %.1f ms %s\n", m.name,
+                  h * 1e6, fit.theta.R_r / truth.R_r - 1, fit.theta.L_l / truth.L_l - 1,
+                  fit.theta.L_m / truth.L_m - 1, fit.nrmse, fit.evaluations, ms, fit.failure.c_str());
     }
   }
 }
