@@ -86,7 +86,7 @@ struct CompareResult {
 };
 
 struct CompareOptions {
-  int noise_draws = 4;           // seeded voltage and speed noise passed through the model
+  int noise_draws = 8;           // seeded voltage and speed noise passed through the model
   std::uint64_t noise_seed = 1;  // same input, same bits
 };
 

@@ -33,21 +33,21 @@ Json conditions(const Conditions& c) {
 // One dot per record, or per point of a table: error in per cent, signed for points (positive: the model
 // draws more).
 void add_dots(const est::ComparedRecord& record, Json& dots) {
+  const auto add = [&](double error_percent, double over_floor, const Conditions& at) {
+    dots.push_back({{"id", record.id},
+                    {"holdout", record.holdout},
+                    {"error", rounded(error_percent)},
+                    {"over_floor", rounded(over_floor)},
+                    {"at", conditions(at)}});
+  };
   for (const auto& point : record.points) {
     const auto found = point.channels.find("current_A");
     if (found == point.channels.end() || std::isnan(found->second.measured)) continue;
-    const double error = 100.0 * (found->second.predicted / found->second.measured - 1.0);
-    dots.push_back({{"id", record.id},
-                    {"holdout", record.holdout},
-                    {"error", rounded(error)},
-                    {"at", conditions(point.conditions)}});
+    add(100.0 * (found->second.predicted / found->second.measured - 1.0), kMissing, point.conditions);
   }
   const auto* current = current_of(record);
   if (current == nullptr || !record.points.empty()) return;
-  dots.push_back({{"id", record.id},
-                  {"holdout", record.holdout},
-                  {"error", rounded(100.0 * current->nrmse)},
-                  {"at", conditions(record.conditions)}});
+  add(100.0 * current->nrmse, current->nrmse / current->floor, record.conditions);
 }
 
 Json overlay(const est::ComparedRecord& record) {
@@ -62,16 +62,24 @@ Json overlay(const est::ComparedRecord& record) {
   return {{"id", record.id}, {"t", t}, {"measured", measured}, {"model", model}, {"error", error}};
 }
 
+// Farthest above its floor first; where a floor is not known, the larger relative error.
 Json overlays(const est::CompareResult& result) {
-  std::vector<const est::ComparedRecord*> worst;
+  std::vector<std::pair<double, const est::ComparedRecord*>> worst;
+  bool floors = true;
   for (const auto& record : result.records) {
-    if (!record.overlay.t_s.empty() && current_of(record) != nullptr) worst.push_back(&record);
+    const auto* current = current_of(record);
+    if (current == nullptr || record.overlay.t_s.empty()) continue;
+    floors = floors && !std::isnan(current->floor);
+    worst.push_back({current->nrmse, &record});
   }
-  std::stable_sort(worst.begin(), worst.end(), [](const auto* a, const auto* b) {
-    return current_of(*a)->nrmse > current_of(*b)->nrmse;
-  });
+  if (floors) {
+    for (auto& [badness, record] : worst) badness /= current_of(*record)->floor;
+  }
+  std::stable_sort(worst.begin(), worst.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   Json out = Json::array();
-  for (std::size_t k = 0; k < std::min(kOverlays, worst.size()); ++k) out.push_back(overlay(*worst[k]));
+  for (std::size_t k = 0; k < std::min(kOverlays, worst.size()); ++k)
+    out.push_back(overlay(*worst[k].second));
   return out;
 }
 

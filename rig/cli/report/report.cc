@@ -28,19 +28,21 @@ std::string tile(const std::string& label, const std::string& value, const std::
 }
 
 std::string tiles(const est::CompareResult& result) {
-  std::string out = "<div class=\"tiles\">\n";
+  std::string out;
   const auto add = [&out](const char* name, const est::PooledResult& pooled) {
     if (pooled.records == 0) return;
-    out += tile(std::string(name) + " current error", percent(pooled.nrmse) + " %",
-                std::to_string(pooled.records) + (pooled.records == 1 ? " record" : " records"));
-    out += tile(std::string(name) + " noise floor",
-                percent(pooled.floor_nrmse) + (std::isnan(pooled.floor_nrmse) ? "" : " %"),
-                std::isnan(pooled.floor_nrmse) ? "noise not known" : "what noise alone would leave");
-    out += tile(std::string(name) + " chi2/dof", shown(pooled.chi2_per_dof, 3), "1 is noise alone");
+    const bool known = !std::isnan(pooled.floor_nrmse);
+    out += "<div class=\"tiles\">\n" +
+           tile(std::string(name) + " current error", percent(pooled.nrmse) + " %",
+                std::to_string(pooled.records) + (pooled.records == 1 ? " record" : " records")) +
+           tile(std::string(name) + " noise floor", percent(pooled.floor_nrmse) + (known ? " %" : ""),
+                known ? "what noise alone would leave" : "noise not known") +
+           tile(std::string(name) + " chi2/dof", shown(pooled.chi2_per_dof, 3), "1 is noise alone") +
+           "</div>\n";
   };
   add("fitted:", result.fitted);
   add("hold-out:", result.holdout);
-  return out + "</div>\n";
+  return out;
 }
 
 std::string model_table(const est::Model& model) {

@@ -3,7 +3,7 @@
   'use strict';
   const data = JSON.parse(document.getElementById('data').textContent);
   const place = document.getElementById('charts');
-  const colour = { measured: '#1d2433', model: '#d9480f', error: '#1971c2', holdout: '#7048e8', floor: '#2b8a3e' };
+  const colour = { measured: '#1d2433', model: '#e8590c', error: '#1971c2', holdout: '#7048e8', floor: '#1d2433', bar: '#8fb8e3', holdoutBar: '#bfaef2' };
   Chart.defaults.animation = false;
   Chart.defaults.maintainAspectRatio = false;
   Chart.defaults.font.size = 12;
@@ -47,11 +47,11 @@
     const known = data.bars.some((bar) => bar.floor !== null);
     const datasets = [{
       type: 'bar', label: 'error', order: 2, data: data.bars.map((bar) => bar.error),
-      backgroundColor: data.bars.map((bar) => bar.holdout ? colour.holdout : colour.error)
+      backgroundColor: data.bars.map((bar) => bar.holdout ? colour.holdoutBar : colour.bar)
     }];
     if (known) {
       datasets.push({
-        type: 'line', label: 'noise floor', order: 1, showLine: false, pointStyle: 'line', pointBorderWidth: 2,
+        type: 'line', label: 'noise floor', order: 1, showLine: false, pointStyle: 'line', pointBorderWidth: 3,
         pointRadius: Math.max(3, Math.min(18, 420 / data.bars.length)), borderColor: colour.floor, backgroundColor: colour.floor,
         data: data.bars.map((bar) => bar.floor)
       });
@@ -75,17 +75,22 @@
     const names = { f_Hz: 'frequency, Hz', slip: 'slip, %', i_A: 'current, A peak', psi_Wb: 'stator flux, Wb', torque_Nm: 'torque, Nm', stator_C: 'stator temperature, °C' };
     const shown = Object.keys(names).filter(varies);
     if (shown.length === 0) return;
-    const grid = section('Where the model fails', 'Current error in per cent over the operating conditions; one dot is one record (rms), or one point of a table (positive: the model draws more).');
+    // Noise alone makes the relative error of small signals large, so the floor is the better measure where it is known.
+    const byFloor = data.dots.every((dot) => dot.over_floor !== null);
+    const unit = byFloor ? 'error over noise floor' : 'error, %';
+    const grid = section('Where the model fails', byFloor
+      ? 'Current error of each record over its own noise floor, against the operating conditions: 1 is noise alone.'
+      : 'Current error in per cent over the operating conditions; one dot is one record (rms), or one point of a table (positive: the model draws more).');
     for (const name of shown) {
       const series = (holdout) => data.dots.filter((dot) => dot.holdout === holdout && dot.at[name] !== null)
-        .map((dot) => ({ x: dot.at[name], y: dot.error, id: dot.id }));
+        .map((dot) => ({ x: dot.at[name], y: byFloor ? dot.over_floor : dot.error, id: dot.id }));
       const datasets = [{ label: 'fitted', data: series(false), backgroundColor: colour.error, pointRadius: 4 }];
-      if (data.dots.some((dot) => dot.holdout)) datasets.push({ label: 'hold-out', data: series(true), backgroundColor: colour.holdout, pointRadius: 4, pointStyle: 'rectRot' });
+      if (data.dots.some((dot) => dot.holdout)) datasets.push({ label: 'hold-out', data: series(true), backgroundColor: colour.holdout, pointRadius: 5, pointStyle: 'rectRot' });
       chart(grid, 'Error over ' + names[name].split(',')[0], {
         type: 'scatter', data: { datasets: datasets },
         options: {
-          scales: { x: axis(names[name]), y: axis('error, %', { beginAtZero: true }) },
-          plugins: { legend: { display: datasets.length > 1 }, tooltip: { callbacks: { label: (item) => item.raw.id + ': ' + item.raw.y + ' %' } } }
+          scales: { x: axis(names[name]), y: axis(unit, { beginAtZero: true }) },
+          plugins: { legend: { display: datasets.length > 1 }, tooltip: { callbacks: { label: (item) => item.raw.id + ': ' + item.raw.y + (byFloor ? '' : ' %') } } }
         }
       });
     }
@@ -93,16 +98,24 @@
 
   function overlays() {
     if (data.overlays.length === 0) return;
-    const grid = section('The worst records', 'Current i_alpha, measured and simulated, where the error is largest.');
+    const grid = section('The worst records', 'Current i_alpha, measured and simulated, where the error is largest; below it the error on its own scale.');
     for (const record of data.overlays) {
-      const line = (label, values, width) => ({
+      const line = (label, values, side) => ({
         label: label, data: record.t.map((t, k) => ({ x: t, y: values[k] })), borderColor: colour[label], backgroundColor: colour[label],
-        borderWidth: width, pointRadius: 0, borderDash: label === 'model' ? [6, 4] : []
+        borderWidth: label === 'measured' ? 2.5 : 1.4, pointRadius: 0, yAxisID: side
       });
+      // The first is drawn on top.
       chart(grid, record.id, {
         type: 'line',
-        data: { datasets: [line('measured', record.measured, 1.5), line('model', record.model, 1.5), line('error', record.error, 1.2)] },
-        options: { parsing: false, normalized: true, scales: { x: axis('time, s', { type: 'linear', min: record.t[0], max: record.t[record.t.length - 1] }), y: axis('current, A') } }
+        data: { datasets: [line('model', record.model, 'y'), line('measured', record.measured, 'y'), line('error', record.error, 'error')] },
+        options: {
+          parsing: false, normalized: true,
+          scales: {
+            x: axis('time, s', { type: 'linear', min: record.t[0], max: record.t[record.t.length - 1] }),
+            error: axis('error, A', { position: 'left', stack: 'parts', stackWeight: 1, offset: true }),
+            y: axis('current, A', { position: 'left', stack: 'parts', stackWeight: 2, offset: true })
+          }
+        }
       });
     }
   }
