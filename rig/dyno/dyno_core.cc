@@ -134,7 +134,8 @@ CommandResult DynoCore::reset(Moment now) {
   // Only when the excitation is known to be gone.
   if (supply_.link != SupplyLink::kUp || supply_.wrong_device || supply_silent(now))
     return CommandResult::kLinkAbsent;
-  if (!supply_is_off()) return CommandResult::kBusy;
+  if (next_ != order_ || supply_.order_number < order_.number) return CommandResult::kBusy;
+  if (supply_.output_on) return CommandResult::kCauseRemains;
   bridge_.forget_if_silent(now);
   trip_ = Trip::kNone;
   return CommandResult::kDone;
