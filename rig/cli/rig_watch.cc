@@ -23,8 +23,9 @@ std::string word_of(std::int32_t value, std::initializer_list<const char*> words
 }  // namespace
 
 RigWatch::RigWatch(Bus& bus) : bus_(bus) {
-  subscribe<imrig_msg::heartbeat_t>(bus, channel::kHeartbeat,
-                                    [this](const auto& h) { processes[h.instance] = h; });
+  subscribe<imrig_msg::heartbeat_t>(bus, channel::kHeartbeat, [this](const auto& h) {
+    processes[{h.process, h.instance}] = h;
+  });
   keep(bus, channel::kBridgeStatus, bridge);
   keep(bus, channel::kDynoStatus, dyno);
   keep(bus, channel::kBridgeLease, bridge_lease);

@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "rig/bus/bus.h"
 
@@ -28,7 +29,8 @@ class RigWatch {
   bool listen(int at_most_ms, const std::function<bool()>& reached,
               const std::function<void()>& each_turn = {});
 
-  std::map<std::int64_t, imrig_msg::heartbeat_t> processes;  // by instance
+  std::map<std::pair<std::int32_t, std::int64_t>, imrig_msg::heartbeat_t>
+      processes;  // by process and instance
   std::optional<imrig_msg::bridge_status_t> bridge;
   std::optional<imrig_msg::dyno_status_t> dyno;
   std::optional<imrig_msg::lease_t> bridge_lease;

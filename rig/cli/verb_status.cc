@@ -62,12 +62,12 @@ Json json_of_dyno(const RigWatch& rig) {
 
 Json json_of(const RigWatch& rig) {
   Json processes = Json::array();
-  for (const auto& [instance, h] : rig.processes) {
+  for (const auto& [who, h] : rig.processes) {
     processes.push_back({{"process", process_name(h.process)},
                          {"pid", h.pid},
                          {"state", health_word(h.state)},
                          {"code", h.state_code},
-                         {"rig_time_s", static_cast<double>(h.utime) * 1e-6}});
+                         {"rig_time_s", static_cast<double>(h.utime) / 1e6}});
   }
   Json campaign = nullptr;
   if (rig.campaign) {
@@ -91,9 +91,9 @@ std::string lease_text(const std::optional<imrig_msg::lease_t>& lease) {
 
 void print_processes(const RigWatch& rig) {
   TextTable table({"<process", "pid", "<state", "rig time, s"});
-  for (const auto& [instance, h] : rig.processes) {
+  for (const auto& [who, h] : rig.processes) {
     table.row({process_name(h.process), std::to_string(h.pid), health_word(h.state),
-               fmt::format("{:.3f}", static_cast<double>(h.utime) * 1e-6)});
+               fmt::format("{:.3f}", static_cast<double>(h.utime) / 1e6)});
   }
   fmt::print("{}", table.text());
 }

@@ -64,12 +64,13 @@ void Process::signal(int number) const { ::kill(pid_, number); }
 int Process::wait(int at_most_ms) {
   const std::int64_t end_us = monotonic_us() + std::int64_t{at_most_ms} * 1000;
   int status = 0;
+  if (pid_ < 0) return exit_code_;
   while (::waitpid(pid_, &status, WNOHANG) == 0) {
     if (monotonic_us() > end_us) return -1;
     ::usleep(2000);
   }
   pid_ = -1;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 double Process::cpu_s() const {
@@ -83,12 +84,17 @@ double Process::cpu_s() const {
   return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
 
-std::string Process::errors() {
+namespace {
+std::string rest_of(int fd) {
   std::string text;
   char buffer[4096];
-  for (ssize_t n = 0; (n = ::read(err_, buffer, sizeof buffer)) > 0;)
+  for (ssize_t n = 0; (n = ::read(fd, buffer, sizeof buffer)) > 0;)
     text.append(buffer, static_cast<std::size_t>(n));
   return text;
 }
+}  // namespace
+
+std::string Process::output() { return rest_of(out_); }
+std::string Process::errors() { return rest_of(err_); }
 
 }  // namespace imrig

@@ -20,10 +20,12 @@ class Process {
   void signal(int number) const;
   int wait(int at_most_ms = 20'000);  // exit code, 128 + signal when killed, -1 when it still runs
   double cpu_s() const;               // user and system time so far
+  std::string output();               // the rest of stdout, after wait()
   std::string errors();               // stderr, after wait()
 
  private:
   pid_t pid_ = -1;
+  int exit_code_ = -1;
   int out_ = -1, err_ = -1;
 };
 
