@@ -63,7 +63,7 @@ void DiskWriter::set_failure(const std::string& text) {
 // Flushes until it works; false when the writer is to finish and the last try failed. What failed stays
 // buffered in the log's writer.
 bool DiskWriter::insist(bool to_disk) {
-  for (;;) {
+  for (bool last = false;;) {
     try {
       to_disk ? log_.flush_to_disk() : log_.flush();
       set_failure("");
@@ -71,8 +71,9 @@ bool DiskWriter::insist(bool to_disk) {
     } catch (const Error& e) {
       set_failure(e.what());
     }
+    if (last) return false;
     std::unique_lock lock(mutex_);
-    if (changed_.wait_for(lock, kTryAgain, [this] { return finishing_; })) return false;
+    last = changed_.wait_for(lock, kTryAgain, [this] { return finishing_; });
   }
 }
 

@@ -8,7 +8,10 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
+#include <fstream>
 #include <functional>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -76,6 +79,24 @@ class RawSender {
   sockaddr_in address_ = {};
   std::uint8_t sequence_ = 0;
 };
+
+// Waits until nothing lies in the kernel's buffers of the sockets on this port. They are small and the
+// machine may be busy: a test of what comes behind them must not overrun them.
+inline bool let_kernel_drain(int port) {
+  char wanted[8];
+  std::snprintf(wanted, sizeof wanted, ":%04X", static_cast<unsigned>(port));
+  return wait_until([&] {
+    std::ifstream table("/proc/net/udp");
+    std::string line;
+    while (std::getline(table, line)) {
+      std::istringstream words(line);
+      std::string slot, local, remote, state, queues;
+      words >> slot >> local >> remote >> state >> queues;
+      if (local.ends_with(wanted) && !queues.ends_with(":00000000")) return false;
+    }
+    return true;
+  });
+}
 
 inline std::vector<LogEvent> all_events(const std::string& path) {
   EventLogReader log(path);
