@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
+#include "rig/data/manifest.h"
 #include "tests/rig/data/scratch.h"
 
 namespace imrig {
@@ -200,6 +203,23 @@ TEST(Folder, TheMeasured18kWTableBecomesStarPeakValues) {
   EXPECT_NEAR(data.noise.current_A, 0.03 * std::sqrt(2.0), 1e-12);
   EXPECT_NEAR(data.noise.speed_rad_s, 0.3 * 2.0 * kPi / 60.0, 1e-12);
   EXPECT_TRUE(record.warnings.empty()) << record.warnings.front();
+}
+
+TEST(Folder, TheDocumentedExampleIsAValidManifest) {
+  std::ifstream file(std::string(IMRIG_SOURCE_DIR) + "/docs/data-sets.md");
+  const std::string page((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string fence = "```toml\n";
+  const auto begin = page.find(fence, page.find("## A complete example"));
+  ASSERT_NE(begin, std::string::npos);
+  const auto text =
+      page.substr(begin + fence.size(), page.find("```", begin + fence.size()) - begin - fence.size());
+  const Manifest example = parse_manifest(text, "docs/data-sets.md", "folder");
+  ASSERT_EQ(example.records.size(), 4u);
+  EXPECT_TRUE(example.wiring.delta);
+  EXPECT_EQ(example.wiring.quantities, Quantities::kLine);
+  EXPECT_EQ(example.records[0].columns.at("v_a_V").scale, 200.0);
+  EXPECT_EQ(example.records[1].columns.size(), example.records[0].columns.size());
+  EXPECT_TRUE(example.records[3].holdout);
 }
 
 }  // namespace

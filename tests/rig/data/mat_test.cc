@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "rig/data/folder.h"
 #include "tests/rig/data/scratch.h"
@@ -53,6 +55,43 @@ TEST(Mat, EveryRealVectorIsAColumn) {
   EXPECT_TRUE(std::isnan(table.columns[0][1]));
   EXPECT_EQ(table.columns[1], (std::vector<double>{0.5, 1.0, 2.0}));
   EXPECT_EQ(table.columns[2], (std::vector<double>{-5.0, 0.0, 7.0}));
+}
+
+TEST(Mat, Level4AndLevel73AreReadToo) {
+  for (const mat_ft version : {MAT_FT_MAT4, MAT_FT_MAT73}) {
+    test::Scratch scratch;
+    {
+      MatFile file(scratch.path("x.mat"), version);
+      file.add<double>("u", {1.5, NAN, -2.0}, MAT_C_DOUBLE, MAT_T_DOUBLE);
+      file.add<double>("n", {1.0 / 3.0, 1.0, 2.0}, MAT_C_DOUBLE, MAT_T_DOUBLE, true);
+    }
+    const ColumnTable table = read_mat(scratch.path("x.mat"));
+    ASSERT_EQ(table.names, (std::vector<std::string>{"u", "n"}));
+    EXPECT_EQ(table.columns[0][2], -2.0);
+    EXPECT_EQ(table.columns[1][0], 1.0 / 3.0);
+  }
+}
+
+// Bytes from outside: any cut and any flipped byte ends in a table or an Error.
+TEST(Mat, DamagedFilesAreRefusedOrReadNeverMore) {
+  test::Scratch scratch;
+  {
+    MatFile file(scratch.path("x.mat"), MAT_FT_MAT5);
+    file.add<double>("u", std::vector<double>(40, 1.5), MAT_C_DOUBLE, MAT_T_DOUBLE);
+    file.add<std::int16_t>("raw", {-5, 0, 7}, MAT_C_INT16, MAT_T_INT16);
+  }
+  std::ifstream in(scratch.path("x.mat"), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  for (std::size_t cut = 0; cut < whole.size(); cut += 3) {
+    scratch.write("cut.mat", whole.substr(0, cut));
+    complaint([&] { EXPECT_LE(read_mat(scratch.path("cut.mat")).columns.size(), 2u); });
+  }
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x55);
+    scratch.write("bent.mat", bytes);
+    complaint([&] { EXPECT_LE(read_mat(scratch.path("bent.mat")).columns.size(), 2u); });
+  }
 }
 
 TEST(Mat, ARecordFromMatEqualsTheOneFromCsv) {
