@@ -18,6 +18,7 @@ constexpr std::int64_t kHeartbeat_us = 200'000;
 constexpr std::int64_t kStatus_us = 500'000;
 constexpr std::int64_t kConfirm_us = 10'000'000;  // until the recorder must have said that a record is on disk
 constexpr std::int64_t kStop_us = 12'000'000;     // until a stop is given up and the leases are let go, which stops too
+constexpr std::int64_t kUsualStatus_us = 500'000;  // a status comes ten times as often
 constexpr int kFailedInRow = 3;
 constexpr double kZeros_s = 0.3;
 
@@ -98,8 +99,14 @@ struct Runner::State {
     if (phase == Phase::kConnect) return;
     if (trip = view.trip(); trip != 0) return abandon(RunnerEnd::kTripped, "the rig tripped: " + trip_word(trip), now);
     if (const std::string why = view.failed(now.steady_us); !why.empty()) return abandon(RunnerEnd::kFailed, why, now);
-    if (bridge_lease.lost()) return abandon(RunnerEnd::kFailed, "the command lease of imrig-bridge was lost", now);
-    if (dyno_lease.lost()) return abandon(RunnerEnd::kFailed, "the command lease of imrig-dyno was lost", now);
+    if (bridge_lease.lost()) return lease_lost("imrig-bridge", view.bridge_us, now);
+    if (dyno_lease.lost()) return lease_lost("imrig-dyno", view.dyno_us, now);
+  }
+
+  // A dead process loses its lease first; that it is dead says more.
+  void lease_lost(const char* who, std::int64_t heard_us, Moment now) {
+    const bool dead = now.steady_us - heard_us > kUsualStatus_us;
+    abandon(RunnerEnd::kFailed, dead ? fmt::format("{} is silent", who) : fmt::format("the command lease of {} was lost", who), now);
   }
 
   // ---- start --------------------------------------------------------------------------------------------
