@@ -8,4 +8,4 @@ registers = [0] * 101
 registers[1] = 60062  # pymodbus counts its blocks from 1
 registers[11] = 4713
 store = ModbusSlaveContext(hr=ModbusSequentialDataBlock(0, registers))
-StartTcpServer(ModbusServerContext(slaves=store, single=True), address=("127.0.0.1", int(sys.argv[1])))
+StartTcpServer(context=ModbusServerContext(slaves=store, single=True), address=("127.0.0.1", int(sys.argv[1])))
