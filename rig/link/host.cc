@@ -59,7 +59,7 @@ void LinkHost::on_frame(std::span<const std::uint8_t> payload, std::int64_t now_
     case IMRIG_TYPE_STATUS: {
       imrig_status message;
       understood = imrig_decode_status(payload.data(), payload.size(), &message) != 0;
-      if (understood && up_ && message.boot_id == welcome_->boot_id) events_.push_back(LinkStatus{message});
+      if (understood) on_status(message);
       break;
     }
     case IMRIG_TYPE_REPLY: {
@@ -86,11 +86,19 @@ void LinkHost::on_welcome(const imrig_welcome& message) {
     next_block_ = message.next_block;
     next_index_ = message.next_index;
     granted_ = credit_ = 0;
+    last_status_seq_ = -1;
   }
   welcome_ = message;
   up_ = true;
   credit_due_ = true;
   events_.push_back(LinkWelcome{message, new_boot});
+}
+
+// One that is older than the last was doubled or overtaken on the way.
+void LinkHost::on_status(const imrig_status& message) {
+  if (!up_ || message.boot_id != welcome_->boot_id || message.seq <= last_status_seq_) return;
+  last_status_seq_ = message.seq;
+  events_.push_back(LinkStatus{message});
 }
 
 void LinkHost::on_block(const imrig_block& message) {
@@ -149,7 +157,7 @@ std::int64_t LinkHost::order(std::int32_t action, std::int32_t profile_id, doubl
     events_.push_back(LinkAnswer{number_, kLinkLost});
     return number_;
   }
-  const imrig_order message = {0, ++seq_, 1, action, profile_id, ramp_s};
+  const imrig_order message = {0, ++request_seq_, 1, action, profile_id, ramp_s};
   Request request;
   request.seq = message.seq;
   request.number = number_;
@@ -176,7 +184,7 @@ void LinkHost::feed_upload() {
   const std::size_t n = u.profile.segments.size();
   while (u.next <= n && u.next - u.replied < kUploadWindow && (u.next < n || u.replied == n)) {
     Request request;
-    request.seq = ++seq_;
+    request.seq = ++request_seq_;
     request.number = u.number;
     request.of_upload = true;
     if (u.next < n) {
@@ -252,7 +260,9 @@ void LinkHost::give_up(std::int64_t now_us) {
 void LinkHost::send_credit(std::int64_t now_us) {
   const std::int64_t period_us = config_.watchdog_ms * std::int64_t{1000} / 4;
   const std::int64_t unread = config_.unread_blocks * std::int64_t{IMRIG_BLOCK_SAMPLES};
-  const std::int64_t credit = std::min(granted_, next_index_ + unread);
+  const std::int64_t seen =
+      std::max(next_index_, welcome_->next_index);  // another host may have run it in between
+  const std::int64_t credit = std::min(granted_, seen + unread);
   if (credit <= credit_ && !credit_due_ && now_us - last_credit_us_ < period_us) return;
   last_credit_us_ = now_us;
   credit_due_ = false;

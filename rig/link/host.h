@@ -35,7 +35,8 @@ struct LinkHostConfig {
       500000;  // without a valid frame for so long the link is down and hello starts again
   std::int64_t retry_us = 50000;
   std::int64_t give_up_us = 2000000;
-  // Samples granted but not yet received fit into so many blocks: Linux' default socket buffer (net.core.rmem_max 212992) loses the 44th.
+  // Samples granted but not yet received fit into so many blocks: Linux' default socket buffer
+  // (net.core.rmem_max 212992) loses the 44th.
   int unread_blocks = 32;
 };
 
@@ -120,6 +121,7 @@ class LinkHost {
 
   void on_frame(std::span<const std::uint8_t> payload, std::int64_t now_us);
   void on_welcome(const imrig_welcome& message);
+  void on_status(const imrig_status& message);
   void on_block(const imrig_block& message);
   void on_reply(const imrig_reply& message);
   void finish_upload(std::int32_t result);
@@ -140,12 +142,14 @@ class LinkHost {
   std::optional<Upload> upload_;
   std::optional<imrig_welcome> welcome_;
   bool up_ = false;
-  std::int64_t seq_ = 0;
+  std::int64_t seq_ = 0;          // frames
+  std::int64_t request_seq_ = 0;  // requests, apart: the device remembers the last ones by number
   std::int64_t number_ = 0;
   std::int64_t next_block_ = 0;
   std::int64_t next_index_ = 0;
   std::int64_t lost_blocks_ = 0;
   std::int64_t undecodable_ = 0;
+  std::int64_t last_status_seq_ = -1;
   std::int64_t last_heard_us_ = 0;
   std::int64_t last_hello_us_ = -1;
   std::int64_t last_credit_us_ = -1;

@@ -1,5 +1,5 @@
 /* The device's side of the DSP link as one state machine: bytes in, bytes out, one call per sample. C99, no
- * allocation, no I/O, no clock; about 45 kB. docs/dsp-link.md tells the exchange and what a firmware has to
+ * allocation, no I/O, no clock; about 40 kB. docs/dsp-link.md tells the exchange and what a firmware has to
  * supply.
  *
  *   sampling interrupt: command = imrig_device_sample(&device, &counts);   apply it from the next sample on

@@ -39,6 +39,7 @@ class Pair {
   void millisecond() {
     now_us += 1000;
     bench.now_ms = now_us / 1000;
+    host.grant(host.next_index() + 64 * 256);  // a credit frame every block, among everything else
     host.poll(now_us);
     for (Bytes packet; host.next_output(packet);) {
       carry(packet, [&](const Bytes& bytes) { bench.feed(bytes); });
@@ -229,6 +230,24 @@ TEST(HostAndDevice, AWireThatBreaksTripsTheDeviceAndTheHostComesBack) {
   ASSERT_TRUE(pair.run_until([&] { return pair.answered(clear) && pair.status.state == IMRIG_IDLE; }, 1000));
 }
 
+TEST(HostAndDevice, AHostThatComesBackAfterAnotherOneGoesOnFromWhereTheDeviceIs) {
+  Pair pair(5, {});
+  ASSERT_TRUE(pair.run_until([&] { return pair.host.up(); }, 100));
+  pair.run_ms(200);
+  pair.bench.now_ms = pair.now_us / 1000 + 2100;
+  imrig_device_tick(pair.bench.device.get(), pair.bench.now_ms);
+  pair.bench.hello(999);  // another host, for 100,000 samples
+  pair.bench.samples(100000);
+  ASSERT_EQ(pair.bench.device->host.host_nonce, 999);
+  pair.now_us += 6000000;
+  ASSERT_TRUE(pair.run_until([&] { return pair.welcomes == 2; }, 1000));
+  EXPECT_EQ(pair.new_boots, 1);
+  pair.run_ms(100);
+  EXPECT_GT(pair.host.next_index(), 100000);
+  EXPECT_GT(pair.bench.device->until_index, pair.host.next_index());
+  EXPECT_GT(pair.host.lost_blocks(), 300);  // what the other one got
+}
+
 TEST(HostAndDevice, ARebootOfTheDeviceIsSeenAndItsBlocksCountAnew) {
   Pair pair(4, {});
   ASSERT_TRUE(pair.run_until([&] { return pair.host.up(); }, 100));
@@ -300,7 +319,6 @@ TEST(LinkHost, GivesUpOnADeviceThatNeverAnswersARequest) {
 TEST(LinkHost, NeverGrantsMoreThanTheSocketBufferHolds) {
   Pair pair(8, {});
   ASSERT_TRUE(pair.run_until([&] { return pair.host.up(); }, 100));
-  pair.host.grant(1000000);
   pair.run_ms(1000);
   const std::int64_t ahead = pair.bench.device->until_index - pair.host.next_index();
   EXPECT_GT(ahead, 30 * 256);
