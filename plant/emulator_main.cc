@@ -52,14 +52,14 @@ void run(Emulator& emulator, ModbusServer& modbus) {
 }
 
 int serve(const Options& options) {
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
   const Pace pace = parse_pace(options.pace);
   Plant plant(configuration(options));
   LinkPort port(options.link);
   ModbusServer modbus(options.modbus);
   const std::string link_url = port.url();
   Emulator emulator(std::move(plant), std::move(port), pace, random_id());
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
   std::printf("ready link=%s modbus=%s\n", link_url.c_str(), modbus.bound_url().c_str());
   std::fflush(stdout);
   run(emulator, modbus);
