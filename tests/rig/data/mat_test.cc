@@ -66,9 +66,9 @@ TEST(Mat, Level4AndLevel73AreReadToo) {
       file.add<double>("n", {1.0 / 3.0, 1.0, 2.0}, MAT_C_DOUBLE, MAT_T_DOUBLE, true);
     }
     const ColumnTable table = read_mat(scratch.path("x.mat"));
-    ASSERT_EQ(table.names, (std::vector<std::string>{"u", "n"}));
-    EXPECT_EQ(table.columns[0][2], -2.0);
-    EXPECT_EQ(table.columns[1][0], 1.0 / 3.0);
+    ASSERT_EQ(table.names.size(), 2u);  // in any order
+    EXPECT_EQ(table.columns[static_cast<std::size_t>(table.find("u"))][2], -2.0);
+    EXPECT_EQ(table.columns[static_cast<std::size_t>(table.find("n"))][0], 1.0 / 3.0);
   }
 }
 
