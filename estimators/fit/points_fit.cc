@@ -286,7 +286,9 @@ void add_misfit(const PointsProblem& problem, PointsFit& fit) {
   fit.nrmse = n > 0 ? std::sqrt(sum / static_cast<double>(n)) : kMissing;
 }
 
-void add_shaft_note(PointsFit& fit) {
+// Friction and stray loss only take from the shaft: a circuit that leaves less than was measured there has
+// too large a stator resistance.
+void add_shaft_note(const PointsProblem& problem, bool fit_R_s, PointsFit& fit) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   for (const auto& m : fit.misfit) {
@@ -295,16 +297,20 @@ void add_shaft_note(PointsFit& fit) {
     high = std::max(high, m.shaft_W);
   }
   if (low > high) return;
-  fit.notes.push_back(
-      fmt::format("shaft power is not fitted where input power is known: predicted minus measured is {:.0f} "
-                  "to {:.0f} W (friction "
-                  "and stray loss are not in the circuit)",
-                  low, high));
+  fit.notes.push_back(fmt::format(
+      "shaft power is not fitted where input power is known; predicted minus measured is {:.0f} to {:.0f} W",
+      low, high));
+  if (fit_R_s && low < -3.0 * problem.noise().power_W) {
+    fit.notes.push_back(
+        "more shaft power was measured than the fitted circuit leaves, so its R_s is too large to be true: "
+        "losses that the circuit lacks "
+        "have gone into it; give R_s by a dc record or a model");
+  }
 }
 
-void add_notes(PointsFit& fit) {
+void add_notes(const PointsProblem& problem, bool fit_R_s, PointsFit& fit) {
   const Values v = as_array(fit.theta);
-  add_shaft_note(fit);
+  add_shaft_note(problem, fit_R_s, fit);
   for (std::size_t m = 0; m < v.size(); ++m) {
     if (fit.on_bound[m])
       fit.notes.push_back(fmt::format("{} lies on its bound: the table does not show it", kNames[m]));
@@ -380,7 +386,7 @@ PointsFit fit_points(const std::vector<SteadyPoint>& points, const PointsOptions
   fit.on_bound = search.on_bound(fit.theta);
   add_sigmas(problem, fit_R_s, fit);
   add_misfit(problem, fit);
-  add_notes(fit);
+  add_notes(problem, fit_R_s, fit);
   return fit;
 }
 

@@ -24,6 +24,7 @@ class PointsProblem {
 
   const std::vector<SteadyPoint>& points() const { return points_; }
   int pole_pairs() const { return pole_pairs_; }
+  const Noise& noise() const { return noise_; }
 
   // Sum over the points at their best speeds.
   PointsLinearization linearize(const MachineParameters<double>& theta) const;

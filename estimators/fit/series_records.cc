@@ -42,11 +42,15 @@ TransientOptions transient_options(const FrameRecord& record, const DataSet& dat
   return options;
 }
 
-std::string left_out_reason(const TransientFit& fit, int m, double slip, const IdentifyOptions& options) {
+double relative_sigma(const TransientFit& fit, int m) {
   const auto values = std::array{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
+  return std::sqrt(std::max(0.0, fit.noise.covariance(m, m))) / values[static_cast<std::size_t>(m)];
+}
+
+std::string left_out_reason(const TransientFit& fit, int m, double slip, const IdentifyOptions& options) {
   const auto k = static_cast<std::size_t>(m);
   if (fit.on_bound[k]) return "lies on a bound of the search";
-  const double relative = std::sqrt(fit.noise.covariance(m, m)) / values[k];
+  const double relative = relative_sigma(fit, m);
   if (!(relative <= options.max_relative_sigma)) {
     return fmt::format("its own sigma is {:.2g} %, above {:.2g} % (slip {:.2g} %)", 100.0 * relative,
                        100.0 * options.max_relative_sigma, 100.0 * slip);
@@ -61,8 +65,20 @@ std::string left_out_reason(const TransientFit& fit, int m, double slip, const I
   return "";
 }
 
-std::string rejection(const TransientFit& fit) {
-  if (!fit.failure.empty()) return fit.failure;
+// A fit that wanders along a valley does so because the record cannot separate what lies along it.
+std::string blind_to(const TransientFit& fit, const IdentifyOptions& options) {
+  std::string names;
+  for (int m = 0; m < kCircuit; ++m) {
+    if (!(relative_sigma(fit, m) <= options.max_relative_sigma)) {
+      names += fmt::format("{}{} (sigma {:.2g} %)", names.empty() ? "" : ", ",
+                           kNames[static_cast<std::size_t>(m)], 100.0 * relative_sigma(fit, m));
+    }
+  }
+  return names.empty() ? "" : ": the record cannot separate " + names;
+}
+
+std::string rejection(const TransientFit& fit, const IdentifyOptions& options) {
+  if (!fit.failure.empty()) return fit.failure + blind_to(fit, options);
   if (fit.flux_on_bound) return "the initial flux lies beyond 200 % of saturation";
   if (fit.nrmse > kWorstMisfit)
     return fmt::format("the machine model misses the current by {:.0f} %", 100.0 * fit.nrmse);
@@ -70,7 +86,7 @@ std::string rejection(const TransientFit& fit) {
 }
 
 void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options, RecordResult& result) {
-  result.rejected = rejection(fit);
+  result.rejected = rejection(fit, options);
   const auto values = std::array{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
   std::string reasons;
   for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) {

@@ -80,6 +80,8 @@ TimeSeries record(const Motor& m, const Case& c) {
   Eigen::Matrix4cd ahead = (a * h).exp();
   Eigen::Vector4cd x = steady(a, w_e, c.from_rest ? 0.0 : c.v_peak_V, c.filter_s);
   x[2] = c.v_peak_V;
+  x[0] += c.start_off_stator_Wb;
+  x[1] += c.start_off_rotor_Wb;
   if (c.filter_s <= 0.0) x[3] = x[2];
   bool stepped = false;
   for (std::size_t k = 0; k < c.samples; ++k) {

@@ -30,8 +30,10 @@ struct Case {
   double step_at_s = 0.0;
   double sample_time_s = 60e-6;
   std::size_t samples = 5000;
-  double filter_s = 0.0;                      // of the voltage channels
-  int fine = 1;                               // steps per sample
+  double filter_s = 0.0;                  // of the voltage channels
+  int fine = 1;                           // steps per sample
+  SpaceVector start_off_stator_Wb = 0.0;  // added to the start (T circuit fluxes)
+  SpaceVector start_off_rotor_Wb = 0.0;
   bool from_rest = false;                     // start without flux instead of in the steady state
   std::function<double(double)> speed_rad_s;  // mechanical, of time
 };
