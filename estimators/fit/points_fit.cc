@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlopt.hpp>
 
 #include "estimators/fit/points_problem.h"
+#include "estimators/fit/points_search.h"
 #include "estimators/model/output.h"
 #include "rig/base/error.h"
 
@@ -20,167 +20,10 @@ using Theta = MachineParameters<double>;
 using Values = std::array<double, 4>;
 
 constexpr std::array<const char*, 4> kNames{"R_s", "R_r", "L_l", "L_m"};
-constexpr int kMostEvaluations = 300;
-constexpr int kMostPolishSteps = 40;
-constexpr double kSettled = 1e-5;  // of a standard deviation
-constexpr double kOnBound = 1e-3;  // in ln(theta)
-constexpr double kFlat = 0.25;     // relative sigma from which a parameter counts as not seen
+constexpr double kFlat = 0.25;  // relative sigma from which a parameter counts as not seen
 constexpr int kMostPolePairs = 12;
 
 Values as_array(const Theta& p) { return {p.R_s, p.R_r, p.L_l, p.L_m}; }
-Theta from_array(const Values& a) { return {a[0], a[1], a[2], a[3]}; }
-std::size_t index(int m) { return static_cast<std::size_t>(m); }
-
-struct Bounds {
-  Values low{}, high{};
-};
-
-// Wide: what any induction machine has, in units of the table's smallest impedance.
-Bounds bounds_of(const std::vector<SteadyPoint>& points) {
-  double Z = std::numeric_limits<double>::infinity();
-  double w = 0.0;
-  for (const auto& p : points) {
-    const double current = std::isfinite(p.i_peak_A) ? p.i_peak_A : p.p_in_W / (1.5 * p.v_peak_V);
-    if (current > 0.0) Z = std::min(Z, p.v_peak_V / current);
-    w = std::max(w, 2.0 * kPi * p.f_Hz);
-  }
-  return {{1e-4 * Z, 1e-4 * Z, 2e-3 * Z / w, 0.1 * Z / w}, {1.0 * Z, 2.0 * Z, 2.0 * Z / w, 200.0 * Z / w}};
-}
-
-Theta clamped(const Theta& theta, const Bounds& bounds) {
-  Values v = as_array(theta);
-  for (std::size_t m = 0; m < v.size(); ++m) v[m] = std::clamp(v[m], bounds.low[m], bounds.high[m]);
-  return from_array(v);
-}
-
-class Search {
- public:
-  Search(const PointsProblem& problem, const Bounds& bounds, bool fit_R_s)
-      : problem_(problem), bounds_(bounds) {
-    for (int m = fit_R_s ? 0 : 1; m < 4; ++m) free_.push_back(m);
-  }
-
-  const std::vector<int>& free() const { return free_; }
-
-  // From one start to the constrained minimum; chi^2 there, infinity when the optimizer fails.
-  double minimum(Theta& theta) {
-    fixed_ = as_array(theta);
-    nlopt::opt search(nlopt::LD_SLSQP, static_cast<unsigned>(free_.size()));
-    std::vector<double> low, high, x;
-    for (const int m : free_) {
-      low.push_back(std::log(bounds_.low[index(m)]));
-      high.push_back(std::log(bounds_.high[index(m)]));
-      x.push_back(std::clamp(std::log(fixed_[index(m)]), low.back(), high.back()));
-    }
-    search.set_lower_bounds(low);
-    search.set_upper_bounds(high);
-    search.set_ftol_rel(1e-9);
-    search.set_maxeval(kMostEvaluations);
-    scale_ = std::max(1e-300, problem_.linearize(theta).error);
-    search.set_min_objective(&Search::objective, this);
-    double error = 0.0;
-    try {
-      search.optimize(x, error);
-    } catch (const nlopt::roundoff_limited&) {
-      // The best point so far is in x.
-    } catch (const std::exception&) {
-      return std::numeric_limits<double>::infinity();
-    }
-    theta = at(x);
-    return problem_.linearize(theta).error;
-  }
-
-  // Gauss-Newton (Levenberg-Marquardt in ln(theta)) until a step is a small part of a standard deviation.
-  bool polish(Theta& theta, double& error) const {
-    double damping = 1e-6;
-    PointsLinearization here = problem_.linearize(theta);
-    for (int step = 0; step < kMostPolishSteps; ++step) {
-      const Eigen::VectorXd move = damped_step(theta, here, damping);
-      const double part = std::sqrt(std::max(0.0, -move.dot(log_gradient(theta, here))));
-      error = here.error;
-      if (part < kSettled * std::max(1.0, std::sqrt(here.error))) return true;
-      const Theta tried = moved(theta, move);
-      const PointsLinearization there = problem_.linearize(tried);
-      if (there.error <= here.error) {
-        theta = tried;
-        here = there;
-        damping = std::max(1e-9, damping * 0.2);
-      } else {
-        damping *= 10.0;
-        if (damping > 1e8) return part < 1e-2 * std::max(1.0, std::sqrt(here.error));
-      }
-    }
-    error = here.error;
-    return false;
-  }
-
-  std::array<bool, 4> on_bound(const Theta& theta) const {
-    std::array<bool, 4> on{};
-    const Values v = as_array(theta);
-    for (const int m : free_) {
-      on[index(m)] = std::log(v[index(m)] / bounds_.low[index(m)]) < kOnBound ||
-                     std::log(bounds_.high[index(m)] / v[index(m)]) < kOnBound;
-    }
-    return on;
-  }
-
- private:
-  Theta at(const std::vector<double>& x) const {
-    Values v = fixed_;
-    for (std::size_t k = 0; k < free_.size(); ++k) v[index(free_[k])] = std::exp(x[k]);
-    return from_array(v);
-  }
-
-  static double objective(const std::vector<double>& x, std::vector<double>& gradient, void* self) {
-    const auto* search = static_cast<const Search*>(self);
-    const Theta theta = search->at(x);
-    const PointsLinearization here = search->problem_.linearize(theta);
-    if (!gradient.empty()) {
-      const Eigen::VectorXd slope = 2.0 * search->log_gradient(theta, here) / search->scale_;
-      std::copy(slope.begin(), slope.end(), gradient.begin());
-    }
-    return here.error / search->scale_;
-  }
-
-  Eigen::VectorXd log_gradient(const Theta& theta, const PointsLinearization& here) const {
-    const Values v = as_array(theta);
-    Eigen::VectorXd g(static_cast<Eigen::Index>(free_.size()));
-    for (std::size_t k = 0; k < free_.size(); ++k)
-      g[static_cast<Eigen::Index>(k)] = here.gradient[free_[k]] * v[index(free_[k])];
-    return g;
-  }
-
-  Eigen::VectorXd damped_step(const Theta& theta, const PointsLinearization& here, double damping) const {
-    const Values v = as_array(theta);
-    const auto n = static_cast<Eigen::Index>(free_.size());
-    Eigen::MatrixXd normal(n, n);
-    for (Eigen::Index a = 0; a < n; ++a) {
-      for (Eigen::Index b = 0; b < n; ++b) {
-        const int i = free_[static_cast<std::size_t>(a)];
-        const int j = free_[static_cast<std::size_t>(b)];
-        normal(a, b) = here.normal(i, j) * v[index(i)] * v[index(j)];
-      }
-    }
-    normal.diagonal() *= 1.0 + damping;
-    Eigen::VectorXd move = -normal.ldlt().solve(log_gradient(theta, here));
-    return move.cwiseMax(-1.0).cwiseMin(1.0);
-  }
-
-  Theta moved(const Theta& theta, const Eigen::VectorXd& move) const {
-    Values v = as_array(theta);
-    for (std::size_t k = 0; k < free_.size(); ++k) {
-      const std::size_t m = index(free_[k]);
-      v[m] = std::clamp(v[m] * std::exp(move[static_cast<Eigen::Index>(k)]), bounds_.low[m], bounds_.high[m]);
-    }
-    return from_array(v);
-  }
-
-  const PointsProblem& problem_;
-  Bounds bounds_;
-  std::vector<int> free_;
-  Values fixed_{};
-  double scale_ = 1.0;
-};
 
 // Guesses from the least loaded point (its reactance is L_s) and the most loaded one (its slip and power give
 // R_r).
@@ -193,7 +36,7 @@ std::vector<Theta> starts_from(const std::vector<SteadyPoint>& points, int pole_
   };
   const auto [idle, loaded] = std::minmax_element(points.begin(), points.end(), by_slip);
   const auto current = [](const SteadyPoint& p) {
-    return std::isfinite(p.i_peak_A) ? p.i_peak_A : p.p_in_W / (1.5 * p.v_peak_V * 0.8);
+    return std::max(1e-6, p.i_peak_A > 0.0 ? p.i_peak_A : std::abs(p.p_in_W) / (1.5 * p.v_peak_V * 0.8));
   };
   const double L_s = idle->v_peak_V / current(*idle) / (2.0 * kPi * idle->f_Hz);
   const double Z = loaded->v_peak_V / current(*loaded);
@@ -362,27 +205,22 @@ PointsFit fit_points(const std::vector<SteadyPoint>& points, const PointsOptions
   }
   check_pole_pairs(rows, options.pole_pairs);
   const PointsProblem problem(rows, points_noise(rows, options.noise), options.pole_pairs);
-  Bounds bounds = bounds_of(rows);
   auto starts = starts_from(rows, options.pole_pairs, options.R_s);
   starts.insert(starts.end(), options.starts.begin(), options.starts.end());
-  Search search(problem, bounds, fit_R_s);
+  PointsSearch search(problem, fit_R_s);
   double least = std::numeric_limits<double>::infinity();
   for (Theta theta : starts) {
     if (!fit_R_s) theta.R_s = options.R_s;
-    const double R_s = theta.R_s;
-    theta = clamped(theta, bounds);
-    if (!fit_R_s) theta.R_s = R_s;
     const double error = search.minimum(theta);
-    if (error < least) {
-      least = error;
-      fit.theta = theta;
-    }
+    if (!(error < least)) continue;
+    least = error;
+    fit.theta = theta;
   }
   if (!std::isfinite(least)) {
     fit.failure = "no start leads to a circuit";
     return fit;
   }
-  if (!search.polish(fit.theta, least)) fit.failure = "the fit did not settle";
+  if (!search.polish(fit.theta)) fit.failure = "the fit did not settle";
   fit.on_bound = search.on_bound(fit.theta);
   add_sigmas(problem, fit_R_s, fit);
   add_misfit(problem, fit);
