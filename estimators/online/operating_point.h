@@ -2,16 +2,17 @@
 // Operating point of the motor from raw samples, one estimate per window of a whole number of periods.
 // docs/estimator.md derives it.
 //
-//   frequency   zero crossings of v_alpha with hysteresis, each interpolated by a line fit; then the phase
-//   slope between the two halves of the
-//               window, repeated. Signed by the phase order: positive for a-b-c.
-//   phasors     least squares of  x(t) = X+ e^{jwt} + X- e^{-jwt} + X0  over the window, for v and i: neither
-//   a sensor's zero, nor an unbalance, nor
-//               the fraction of a sample at the window's end biases X+.
-//   voltage     V = X+ (1 + jw tau): the anti-alias filter (first order, time constant tau) is undone.
-//   power       mean of (3/2) Re(v i*) over the window without its DC part, the fundamental's share from the
-//   corrected V. speed       slope of a straight line through the encoder counts; slip = 1 - n_p * (speed/60)
-//   / f. steady      rig-independent criterion in steady_criterion.h.
+//   frequency  zero crossings of v_alpha and v_beta with hysteresis, each interpolated by a line fit; then
+//   the
+//              phase slope between the two halves of the window, repeated. Signed by the phase order:
+//              positive for a-b-c.
+//   phasors    least squares of x(t) = X+ e^{jwt} + X- e^{-jwt} + X0 over the window, for v and i: neither a
+//              sensor's zero, nor an unbalance, nor the fraction of a sample at the window's end biases X+.
+//   voltage    V = X+ (1 + jw tau): the anti-alias filter (first order, time constant tau) is undone.
+//   power      mean of (3/2) Re(v i*) over the window without its DC part, the fundamental's share from the
+//              corrected V.
+//   speed      slope of a straight line through the encoder counts; slip = 1 - n_p * (speed/60) / f.
+//   steady     see steady_criterion.h.
 //
 // A window ends where gates switch, samples are missing or the device rebooted; a new one starts behind that.
 // Depends on nothing but the samples and their order: any cut into blocks gives the same bits. Allocates when

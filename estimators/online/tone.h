@@ -26,8 +26,8 @@ Tone fit_tone(std::span<const std::complex<double>> x, double w);
 
 // rad per sample, signed by the rotation's sense, from the zero crossings of both components with hysteresis
 // around zero; each crossing is where a straight line through the samples between the two thresholds is zero.
-// amplitude: rms of |x|. Nothing when there are less than two rising crossings of one component, or their
-// spacing is no rotation's. spacing_s is not needed: all in samples.
+// amplitude: rms of |x|. Nothing when there are less than two rising crossings of one component, or the
+// two components do not cross equally often.
 std::optional<double> crossing_frequency(std::span<const std::complex<double>> x, double amplitude);
 
 // Refines w over the window x. Nothing when it does not settle near w.

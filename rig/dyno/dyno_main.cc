@@ -9,7 +9,6 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
 
 #include "rig/base/clock.h"
 #include "rig/base/error.h"
