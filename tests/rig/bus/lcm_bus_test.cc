@@ -90,6 +90,18 @@ TEST(LcmBus, NamesAreTakenLiterallyAndStarMeansAnyPrefix) {
   EXPECT_EQ(literal, std::vector<std::string>{"A.B+_ACK"});
 }
 
+TEST(LcmBus, WhatLcmAsksItselfIsNotHeard) {
+  const int port = free_udp_port();
+  const auto listener = open_lcm_bus(bus_config(port));
+  std::vector<std::string> heard;
+  listener->subscribe_raw("*", [&](std::string_view name, Bytes) { heard.emplace_back(name); });
+  const auto other = open_lcm_bus(bus_config(port));
+  other->subscribe_raw("ACK", [](std::string_view, Bytes) {});  // sends LCM_SELF_TEST
+  publish(*other, "ACK", ack(1));
+  ASSERT_TRUE(wait_until(*listener, [&] { return !heard.empty() && heard.back() == "IMRIG_ACK"; }));
+  EXPECT_EQ(heard.size(), 1u);
+}
+
 TEST(LcmBus, MalformedDatagramsNeitherKillNorReachTheHandler) {
   const int port = free_udp_port();
   const auto listener = open_lcm_bus(bus_config(port));
