@@ -7,9 +7,11 @@
 #include <cstdio>
 #include <memory>
 
+#include "estimators/diagnose/compare.h"
 #include "estimators/fit/identify.h"
 #include "estimators/fit/identify_json.h"
 #include "estimators/model/model_file.h"
+#include "rig/base/error.h"
 #include "rig/cli/load_data.h"
 #include "rig/cli/text_table.h"
 #include "rig/cli/verbs.h"
@@ -63,13 +65,30 @@ void show_progress(const est::Progress& progress) {
   std::fflush(stderr);
 }
 
+// The model's history says how far it was from the data it came from.
+void judge(est::Model& model, const DataSet& data) {
+  if (model.history.empty()) return;
+  for (const auto& base : est::base_parameters()) {
+    if (!(model.*base.place).known()) return;  // a dc test alone makes no model that can be simulated
+  }
+  try {
+    const est::CompareResult result = est::compare(model, data);
+    model.history.back().fitted_nrmse = result.fitted.nrmse;
+    model.history.back().holdout_nrmse = result.holdout.nrmse;
+    model.history.back().floor_nrmse = result.fitted.floor_nrmse;
+  } catch (const Error&) {
+    // Nothing to judge by: the figures stay unknown.
+  }
+}
+
 void run(const Options& options) {
   est::IdentifyOptions wanted;
   wanted.method = options.method;
   if (!options.nominal.empty()) wanted.nominal = est::load_model(options.nominal);
   if (::isatty(STDERR_FILENO) != 0) wanted.progress = show_progress;
   const DataSet data = load_data(options.data);
-  const est::IdentifyResult result = est::identify(data, wanted);
+  est::IdentifyResult result = est::identify(data, wanted);
+  judge(result.model, data);
   est::save_model(result.model, options.out);
   if (options.json) {
     fmt::print("{}\n", est::to_json(result));

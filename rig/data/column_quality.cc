@@ -56,7 +56,10 @@ std::string clipped(const std::vector<double>& x) {
   for (const double sign : {1.0, -1.0}) {
     const double top = tops[sign > 0.0 ? 0 : 1];
     const Extreme found = extreme_of(x, sign, top, kBand * 0.5 * (tops[0] + tops[1]));
-    if (found.longest_run < kRun || found.band < kOften * found.next) continue;
+    // A value that is held for some samples, by a slow converter say, needs a longer run where nothing lies
+    // beside it.
+    const std::size_t needed = found.next == 0 ? 4 * kRun : kRun;
+    if (found.longest_run < needed || found.band < kOften * found.next) continue;
     return fmt::format("sits at its {} value {:.4g} in {} of {} samples, up to {} in a row: clipped?",
                        sign > 0 ? "largest" : "smallest", sign * top, found.exactly, x.size(),
                        found.longest_run);

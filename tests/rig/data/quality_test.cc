@@ -99,6 +99,17 @@ TEST(Quality, ClippedCurrentsAreFound) {
   EXPECT_SAID(said, "clipped?");
 }
 
+// An inverter's voltage is constant within a switching cycle: 36 cycles a period, four samples each.
+TEST(Quality, VoltagesHeldForASwitchingCycleAreNotClipped) {
+  Bench bench;
+  bench.sample_time_s = 1.0 / (50.0 * 36.0 * 4.0);
+  const auto said = warnings(bench, [&](int k, std::vector<double>& x) {
+    const auto held = bench.row(k - k % 4);
+    for (std::size_t c = 1; c < 4; ++c) x[c] = held[c];
+  });
+  EXPECT_TRUE(said.empty()) << listed(said);
+}
+
 TEST(Quality, SpeedUnitsAreToldApart) {
   const auto with_speed = [](double speed) {
     Bench bench;
