@@ -25,7 +25,7 @@ struct MotorConfig {
   double R_r_ohm = 0.22;
   double L_l_H = 0.006;
   double L_m_H = 0.068;
-  double friction_Nm = 0.0;          // no-load torque at rated speed, for predictions
+  double friction_Nm = 0.5;          // no-load torque at rated speed, for predictions
   double J_kgm2 = 0.05;              // whole shaft
 };
 

@@ -11,8 +11,6 @@ namespace {
 
 using namespace imrig_msg;
 
-constexpr double kStalledSlip = 0.5;
-
 bridge_cmd_t bridge_command(std::int32_t action, int profile_id = 0) {
   bridge_cmd_t cmd = {};
   cmd.bridge_cmd_v1 = 1;
@@ -54,6 +52,7 @@ void ActionRunner::begin(std::vector<Action> actions, const CheckedPoint* point,
   action_ = 0;
   entered_ = false;
   loaded_profile_ = 0;
+  stalled_ = false;
   since_us_ = now.steady_us;
 }
 
@@ -182,6 +181,12 @@ std::string ActionRunner::rest(const Action& action, Moment now) {
   return too_long ? "the shaft does not come to rest" : stuck(now);
 }
 
+std::string ActionRunner::stall(const Action& action) {
+  const auto& estimate = view_.estimate;
+  stalled_ = action.most_slip < 1.0 && estimate && estimate->valid != 0 && std::abs(estimate->slip) > action.most_slip;
+  return stalled_ ? fmt::format("the motor stalled (slip {:.2f})", estimate->slip) : "";
+}
+
 // The record's profile travels to the device meanwhile.
 std::string ActionRunner::settle(const Action& action, Moment now) {
   if (!entered_) {
@@ -192,10 +197,8 @@ std::string ActionRunner::settle(const Action& action, Moment now) {
   }
   const double elapsed_s = static_cast<double>(view_.watch.next_index() - since_index_) * view_.sample_time_s();
   if (elapsed_s < action.wait_s) return stuck(now);
-  const auto& estimate = view_.estimate;
-  if (estimate && estimate->valid != 0 && std::abs(estimate->slip) > kStalledSlip)
-    return fmt::format("the motor stalled (slip {:.2f})", estimate->slip);
-  const bool steady = estimate && estimate->steady != 0;
+  if (std::string why = stall(action); !why.empty()) return why;
+  const bool steady = view_.estimate && view_.estimate->steady != 0;
   if (!steady && elapsed_s < action.bound_s) return stuck(now);
   next(now);
   return "";
@@ -211,6 +214,7 @@ std::string ActionRunner::record(const Action& action, Moment now) {
   std::string problem;
   if (!get_going(problem, now)) return problem;
   if (!ran_through(action.profile)) return stuck(now);
+  if (std::string why = stall(action); !why.empty()) return why;
   return end_record(now);
 }
 
@@ -301,7 +305,7 @@ void ActionRunner::send(LeaseClient& bridge, LeaseClient& dyno, Moment now) {
 
 void ActionRunner::recover() {
   forget_commands();
-  if (view_.bridge->run_state == bridge_status_t::HOLDING && operating_.voltage_V > 0) return;
+  if (view_.bridge->run_state == bridge_status_t::HOLDING && operating_.voltage_V > 0 && !stalled_) return;
   operating_ = {};
   to_bridge_.ask(bridge_command(bridge_cmd_t::STOP));
 }

@@ -41,6 +41,8 @@ class ActionRunner {
   std::string step(Moment now);
   bool done() const { return action_ >= actions_.size(); }
 
+  bool stalled() const { return stalled_; }  // the last failure was the motor's: another try ends the same
+
   void abort_record();  // publishes the END of a record that runs, as aborted
   void ask_stop();      // motor and load, whatever is going on
   void ask_load_off();
@@ -56,7 +58,7 @@ class ActionRunner {
   std::int64_t since_index() const { return since_index_; }
   const Operating& operating() const { return operating_; }
   double excitation_A() const { return excitation_A_; }
-  // After a failure: goes on from the held operating point if the device still holds it, else from rest, after a stop.
+  // After a failure: goes on from the held operating point if the device still holds it and the motor turns, else from rest.
   void recover();
 
   std::deque<FinishedRecord>& finished() { return finished_; }
@@ -71,6 +73,7 @@ class ActionRunner {
   std::string settle(const Action& action, Moment now);
   std::string record(const Action& action, Moment now);
 
+  std::string stall(const Action& action);
   void upload(const Profile& profile);
   bool get_going(std::string& problem, Moment now);
   bool ran_through(const Profile& profile) const;
@@ -100,6 +103,7 @@ class ActionRunner {
   Operating operating_;
   double excitation_A_ = 0.0;
   bool recording_ = false;
+  bool stalled_ = false;
   std::int64_t expected_ = 0;
   std::int64_t lost_before_ = 0;  // at the recorder, before the record
   int record_number_;

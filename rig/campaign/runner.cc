@@ -180,7 +180,7 @@ struct Runner::State {
   }
 
   void attempt_failed(const std::string& why, Moment now) {
-    const bool again = attempt <= c.retries;
+    const bool again = attempt <= c.retries && !actions.stalled();
     RunnerEvent event;
     event.kind = again ? RunnerEvent::kPointRetried : RunnerEvent::kPointFailed;
     event.id = c.points[point].point.id;
@@ -193,7 +193,8 @@ struct Runner::State {
       ++failed;
       ++point;
       attempt = 1;
-      if (++failed_in_row >= kFailedInRow)
+      failed_in_row += actions.stalled() ? 0 : 1;  // a corner of the grid may stall point after point
+      if (failed_in_row >= kFailedInRow)
         return abandon(RunnerEnd::kFailed, fmt::format("{} points in a row failed; {}: {}", failed_in_row, event.id, why), now);
     }
     actions.recover();

@@ -129,6 +129,7 @@ Travel travel_of(const Plan& plan, const RigConfig& rig, double sample_time_s) {
   travel.crawl_Hz = (m.R_s_ohm + m.R_r_ohm) / (2 * kPi * m.L_l_H);
   travel.voltage_ramp_V_per_s = plan.motion.voltage_ramp_V_per_s;
   travel.unload_s = plan.motion.unload_s;
+  travel.most_slip = std::min(0.9, 2 * plan.limits.slip);
   return travel;
 }
 
@@ -299,8 +300,11 @@ std::vector<Action> actions_for(const Travel& travel, const CheckedPoint& checke
       actions.push_back(profile_action(ActionKind::kProfile, std::move(move)));
     if (checked.excitation_A != excitation_A) actions.push_back(load_action(checked.excitation_A, 0.0));
     actions.push_back(waiting(ActionKind::kSettle, checked.point.settle_s, checked.point.settle_bound_s));
+    actions.back().most_slip = travel.most_slip;
   }
   actions.push_back(profile_action(ActionKind::kRecord, record_profile(travel, checked)));
+  const bool at_speed = !resting(there) && checked.point.kind != PointKind::kCoastDown;
+  if (at_speed) actions.back().most_slip = travel.most_slip;
   return actions;
 }
 

@@ -33,6 +33,7 @@ struct Action {
   double excitation_A = 0.0;     // kLoad: field current
   double wait_s = 0.0;           // kLoad: rig time after the supply has reached it; kSettle: least time
   double bound_s = 0.0;          // kSettle: most time; kRest: most time
+  double most_slip = 1.0;        // kSettle, kRecord: a motor that slips more has stalled, or is about to
   Profile profile;               // kProfile, kRecord (record numbers are filled in when it runs)
 };
 
@@ -46,6 +47,7 @@ struct Travel {
   double frequency_ramp_Hz_per_s = 60.0;
   double voltage_ramp_V_per_s = 400.0;
   double unload_s = 0.4;
+  double most_slip = 0.3;        // twice what the plan allows
 };
 Travel travel_of(const Plan& plan, const RigConfig& rig, double sample_time_s);
 

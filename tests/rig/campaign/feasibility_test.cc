@@ -15,6 +15,7 @@ using ::testing::HasSubstr;
 RigConfig wide_rig() {
   RigConfig rig;
   rig.motor.L_l_H = 1.0;  // no transient to speak of
+  rig.motor.friction_Nm = 0.0;
   rig.limits.current_A = 1e4;
   rig.limits.speed_rpm = 1e5;
   rig.limits.voltage_V = 1e4;

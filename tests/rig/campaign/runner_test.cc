@@ -295,11 +295,15 @@ TEST_F(RunnerTest, TakenLeaseIsTold) {
   EXPECT_THAT(runner.end_reason(), HasSubstr("somebody else"));
 }
 
-TEST_F(RunnerTest, StalledMotorIsStoppedAndThePointGivenUp) {
+TEST_F(RunnerTest, StalledMotorIsStoppedAndItsPointsAreGivenUpWithoutAnotherTry) {
   rig_.faults.stalls = true;
   Runner runner(config());
   EXPECT_EQ(run(runner), RunnerEnd::kFailed);
-  EXPECT_THAT(runner.end_reason(), HasSubstr("stalled"));
+  EXPECT_THAT(runner.end_reason(), HasSubstr("4 of 5 points"));
+  EXPECT_EQ(count(RunnerEvent::kPointRetried), 0);
+  EXPECT_EQ(count(RunnerEvent::kPointFailed), 4);
+  EXPECT_THAT(events_[events_.size() - 2].text, HasSubstr("stalled"));
+  EXPECT_EQ(runner.points_done(), 1);  // dc
   expect_rig_at_rest();
 }
 
