@@ -47,17 +47,36 @@ Currents Drive::currents(const Conditions& at, const double* own) const {
 
 // Currents through the bars and, where there is iron loss, through a conductance G across the rotor's flux
 // linkage, all of which link psi_r:
-//   i_r = i_bar - G e,   e = d psi_r/dt = j w psi_r - R_r i_bar.
-void Drive::rotor_flow(Conditions& at) const {
-  const Complex motion = turned(n_p_ * at.w_mech, at.psi_r);
-  if (at.R.G_iron == 0.0) {
+//   i_r = i_bar - G e,   e = d psi_r/dt = j w psi_r - (R i_bar + R_conj conj(i_bar) + v_0).
+void Drive::rotor_flow(Conditions& at, const double* own) const {
+  at.drop = {at.R.R_r, 0.0, 0.0};
+  for (const auto& slot : effects_.rotor_drop()) slot.effect->rotor_drop(at, own + slot.offset, at.drop);
+  const RotorDrop& drop = at.drop;
+  const double G = at.R.G_iron;
+  const Complex motion = turned(n_p_ * at.w_mech, at.psi_r) - drop.v_0;
+  if (G == 0.0) {
     at.i_bar = at.i.r;
-    at.dpsi_r = motion - at.R.R_r * at.i.r;
-  } else {
-    at.dpsi_r = (motion - at.R.R_r * at.i.r) / (1.0 + at.R.R_r * at.R.G_iron);
-    at.i_bar = at.i.r + at.R.G_iron * at.dpsi_r;
+  } else if (drop.R_conj == 0.0) {
+    at.i_bar = (at.i.r + G * motion) / (1.0 + drop.R * G);
+  } else {  // i_bar + G (R i_bar + R_conj conj(i_bar)) = i_r + G motion, as two real equations
+    const double a = drop.R_conj.real(), b = drop.R_conj.imag();
+    at.i_bar = solve(1.0 + G * (drop.R + a), G * b, G * b, 1.0 + G * (drop.R - a), at.i.r + G * motion);
   }
+  at.dpsi_r = motion - drop.R * at.i_bar;
+  if (drop.R_conj != 0.0) at.dpsi_r -= drop.R_conj * std::conj(at.i_bar);
   at.torque_Nm = -1.5 * n_p_ * (at.psi_r.real() * at.i_bar.imag() - at.psi_r.imag() * at.i_bar.real());
+}
+
+Losses Drive::losses(const Conditions& at, const double* own) const {
+  Losses heat;
+  heat.stator_copper_W =
+      1.5 * (at.R.R_s * std::norm(at.i.s) + (at.R.R_s_conj * std::conj(at.i.s) * std::conj(at.i.s)).real());
+  heat.rotor_copper_W = 1.5 * (at.drop.R * std::norm(at.i_bar) +
+                               (at.drop.R_conj * std::conj(at.i_bar) * std::conj(at.i_bar)).real());
+  heat.iron_W = 1.5 * at.R.G_iron * std::norm(at.dpsi_r);
+  heat.friction_W = at.drag_Nm * at.w_mech;
+  for (const auto& slot : effects_.losses()) slot.effect->losses(at, own + slot.offset, heat);
+  return heat;
 }
 
 // How the stator's current answers its fluxes: known in the linear circuit, else by central differences
@@ -101,7 +120,7 @@ Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
       // along the axis needs.
       const Sensitivity d = sensitivity(at, own);
       const Complex axis = terminals.axis;
-      const Complex drop = at.R.R_s * at.i.s;
+      const Complex drop = at.R.R_s * at.i.s + at.R.R_s_conj * std::conj(at.i.s);
       const auto answer = [&](Complex rate) {
         return dot(axis, {d.ss * rate.real() + d.st * rate.imag(), d.ts * rate.real() + d.tt * rate.imag()});
       };
@@ -110,7 +129,7 @@ Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
       return across + along * axis;
     }
     case Terminals::Kind::kOpen:
-      return holding_rate(at, own) + at.R.R_s * at.i.s;
+      return holding_rate(at, own) + at.R.R_s * at.i.s + at.R.R_s_conj * std::conj(at.i.s);
   }
   return 0.0;
 }
@@ -124,26 +143,34 @@ Drive::Flow Drive::flow(const double* x) const {
   at.w_mech = x[kSpeed];
   at.angle = x[kAngle];
   at.psi_d = x[kPsiD], at.psi_q = x[kPsiQ], at.psi_f = x[kPsiF];
+  for (const auto& slot : effects_.temperatures())
+    slot.effect->temperatures(at, own + slot.offset, at.temperature);
   at.i = currents(at, own);
   if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
   at.R = base_;
   for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
-  rotor_flow(at);
+  rotor_flow(at, own);
   at.v_s = stator_voltage(at, own);
+  at.coupling.w_generator = at.w_mech;
+  for (const auto& slot : effects_.coupling()) slot.effect->coupling(at, own + slot.offset, at.coupling);
+  flow.generator = generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.coupling.w_generator, field_V);
+  at.generator_Nm = flow.generator.shaft_Nm;
   for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
   flow.dpsi_s = at.v_s - at.R.R_s * at.i.s;
-  flow.generator = generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.w_mech, field_V);
+  if (at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(at.i.s);
   return flow;
 }
 
 void Drive::derivatives(const double* x, double* dx) const {
-  const Flow now = flow(x);
+  Flow now = flow(x);
   dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
-  const double torque = now.at.torque_Nm + now.generator.shaft_Nm - now.at.drag_Nm;
+  const double load = now.at.coupling.rigid ? now.at.generator_Nm : now.at.coupling.torque_on_motor_Nm;
+  const double torque = now.at.torque_Nm + load - now.at.drag_Nm;
   dx[kSpeed] = mechanics_.locked ? 0.0 : torque / mechanics_.J_kgm2;
   dx[kAngle] = now.at.w_mech;
   dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;
+  if (!effects_.with_states().empty()) now.at.losses = losses(now.at, x + kOwn);
   for (const auto& slot : effects_.with_states()) {
     slot.effect->derivatives(now.at, x + kOwn + slot.offset, dx + kOwn + slot.offset);
   }

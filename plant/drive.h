@@ -64,6 +64,8 @@ class Drive {
   const double* own(const State& x, const EffectSet::Slot& slot) const { return &x[kOwn + slot.offset]; }
 
   const EffectSet& effects() const { return effects_; }
+  // Heat by place, effects included.
+  Losses losses(const Conditions& at, const State& x) const { return losses(at, &x[kOwn]); }
 
   Terminals terminals;
   double field_V = 0.0;
@@ -75,7 +77,8 @@ class Drive {
   };
   Flow flow(const double* x) const;
   Currents currents(const Conditions& at, const double* own) const;
-  void rotor_flow(Conditions& at) const;
+  void rotor_flow(Conditions& at, const double* own) const;
+  Losses losses(const Conditions& at, const double* own) const;
   std::complex<double> stator_voltage(const Conditions& at, const double* own) const;
   std::complex<double> holding_rate(const Conditions& at, const double* own) const;
   Sensitivity sensitivity(const Conditions& at, const double* own) const;

@@ -175,9 +175,11 @@ Powers Plant::powers() const {
   const double armature_A2 = 1.5 * (g.i_d * g.i_d + g.i_q * g.i_q);
   Powers p;
   p.motor_W = power_W(at.v_s, at.i.s);
-  p.stator_copper_W = 1.5 * at.R.R_s * std::norm(at.i.s);
-  p.rotor_copper_W = 1.5 * at.R.R_r * std::norm(at.i_bar);
-  p.iron_W = 1.5 * at.R.G_iron * std::norm(at.dpsi_r);
+  const Losses heat = parts_->drive.losses(at, parts_->x);
+  p.stator_copper_W = heat.stator_copper_W;
+  p.rotor_copper_W = heat.rotor_copper_W;
+  p.iron_W = heat.iron_W;
+  p.stray_W = heat.stray_W;
   p.air_gap_shaft_W = at.torque_Nm * at.w_mech;
   p.drag_W = at.drag_Nm * at.w_mech;
   p.generator_shaft_W = -g.shaft_Nm * at.w_mech;
@@ -186,6 +188,9 @@ Powers Plant::powers() const {
   p.armature_W = box.R_a_ohm * armature_A2;
   p.load_W = box.R_load_ohm * armature_A2;
   p.magnetic_J = 0.5 * (power_W(at.psi_s, at.i.s) + power_W(at.psi_r, at.i.r));
+  for (const auto& slot : parts_->drive.effects().energy()) {
+    slot.effect->energy(at, parts_->drive.own(parts_->x, slot), p.magnetic_J);
+  }
   p.kinetic_J = 0.5 * parts_->config.mechanics.J_kgm2 * at.w_mech * at.w_mech;
   p.generator_J = 0.75 * (at.psi_d * g.i_d + at.psi_q * g.i_q) + 0.5 * at.psi_f * g.i_f;
   return p;

@@ -11,6 +11,7 @@ struct Powers {
   double stator_copper_W = 0.0;
   double rotor_copper_W = 0.0;
   double iron_W = 0.0;
+  double stray_W = 0.0;
   double air_gap_shaft_W = 0.0;  // torque x speed
   double drag_W = 0.0;
   double generator_shaft_W = 0.0;  // taken from the shaft

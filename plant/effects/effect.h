@@ -15,9 +15,36 @@ struct Currents {
   std::complex<double> s, r;  // A, into the winding, T circuit
 };
 
+struct Temperatures {
+  double stator_C = 25.0, rotor_C = 25.0, iron_C = 25.0, ambient_C = 25.0;  // winding, cage, iron and frame
+};
+
 struct Resistances {
   double R_s = 0.0, R_r = 0.0;  // ohm, T circuit
   double G_iron = 0.0;          // S, across the rotor's flux linkage, T circuit: carries G_iron dpsi_r/dt
+  std::complex<double> R_s_conj = 0.0;  // ohm, stator asymmetry: the drop is R_s i_s + R_s_conj conj(i_s)
+};
+
+// Voltage along the rotor's bars as it answers their current: R i_bar + R_conj conj(i_bar) + v_0, stator
+// frame. Ladders keep their inner currents in v_0; an asymmetric cage has its second harmonic of the rotor's
+// angle in R_conj.
+struct RotorDrop {
+  double R = 0.0;                     // ohm
+  std::complex<double> R_conj = 0.0;  // ohm
+  std::complex<double> v_0 = 0.0;     // V
+};
+
+// How the shaft hands the load over. Rigid: one mass, the generator turns with the motor.
+struct Coupling {
+  bool rigid = true;
+  double w_generator = 0.0;         // rad/s
+  double torque_on_motor_Nm = 0.0;  // where it is not rigid: instead of the generator's torque
+};
+
+// Heat as it arises, W. Only effects that were asked for it read it (kStates), after everything else is
+// known.
+struct Losses {
+  double stator_copper_W = 0.0, rotor_copper_W = 0.0, iron_W = 0.0, stray_W = 0.0, friction_W = 0.0;
 };
 
 // What a hook may look at. Fields are filled in the order in which they stand; a hook sees those before its
@@ -26,12 +53,18 @@ struct Conditions {
   std::complex<double> psi_s, psi_r;             // Wb, stator frame, T circuit
   double w_mech = 0.0, angle = 0.0;              // rad/s, rad
   double psi_d = 0.0, psi_q = 0.0, psi_f = 0.0;  // Wb, generator, rotor frame
+  Temperatures temperature;                      // after temperatures()
   Currents i;                                    // after currents()
   Resistances R;                                 // after resistances()
-  std::complex<double> v_s;                      // V, after applied_voltage()
+  RotorDrop drop;                                // after rotor_drop()
   std::complex<double> dpsi_r, i_bar;            // V; A, rotor current without the iron's part
   double torque_Nm = 0.0;                        // air gap
-  double drag_Nm = 0.0;                          // after drag()
+  std::complex<double> v_s;                      // V, after applied_voltage()
+  Coupling coupling;                             // after coupling()
+  double generator_Nm =
+      0.0;               // the generator's torque on its own shaft, negative where it brakes positive speed
+  double drag_Nm = 0.0;  // after drag()
+  Losses losses;         // after losses(); filled for effects with states and for powers() only
 };
 
 // Physical values on their way to the converters, after the voltage filter, before gain, offset and noise.
@@ -54,7 +87,12 @@ class Effect {
     kAppliedVoltage = 4,
     kDrag = 8,
     kStates = 16,
-    kMeasured = 32
+    kMeasured = 32,
+    kTemperatures = 64,
+    kRotorDrop = 128,
+    kCoupling = 256,
+    kLosses = 512,
+    kEnergy = 1024
   };
 
   virtual ~Effect() = default;
@@ -73,6 +111,12 @@ class Effect {
   virtual void initial(double* /*own*/) const {}
   virtual void derivatives(const Conditions&, const double* /*own*/, double* /*d_own*/) const {}
   virtual void measured(const Conditions&, const double* /*own*/, Measured&) const {}
+  virtual void temperatures(const Conditions&, const double* /*own*/, Temperatures&) const {}
+  virtual void rotor_drop(const Conditions&, const double* /*own*/, RotorDrop&) const {}
+  virtual void coupling(const Conditions&, const double* /*own*/, Coupling&) const {}
+  virtual void losses(const Conditions&, const double* /*own*/, Losses&) const {}
+  // Adds what this effect stores, or corrects the linear circuit's magnetic energy: J.
+  virtual void energy(const Conditions&, const double* /*own*/, double& /*stored_J*/) const {}
 };
 
 }  // namespace imrig::plant

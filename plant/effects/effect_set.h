@@ -34,9 +34,14 @@ class EffectSet {
   const std::vector<Slot>& drag() const { return by_hook_[3]; }
   const std::vector<Slot>& with_states() const { return by_hook_[4]; }
   const std::vector<Slot>& measured() const { return by_hook_[5]; }
+  const std::vector<Slot>& temperatures() const { return by_hook_[6]; }
+  const std::vector<Slot>& rotor_drop() const { return by_hook_[7]; }
+  const std::vector<Slot>& coupling() const { return by_hook_[8]; }
+  const std::vector<Slot>& losses() const { return by_hook_[9]; }
+  const std::vector<Slot>& energy() const { return by_hook_[10]; }
 
  private:
-  static constexpr std::size_t kHooks = 6;
+  static constexpr std::size_t kHooks = 11;
   std::vector<std::shared_ptr<const Effect>> owned_;
   std::vector<Slot> by_hook_[kHooks];
   std::size_t states_ = 0;
