@@ -74,7 +74,7 @@ class EventLogWriter {
 
   std::int64_t next_number() const;
   std::int64_t next_offset() const;  // of the next event; the file's size once everything is flushed
-  std::int64_t cut_bytes() const;  // torn tail that kAppend removed
+  std::int64_t cut_bytes() const;    // torn tail that kAppend removed
 
  private:
   struct State;

@@ -179,12 +179,10 @@ void take_facts(const std::string& path, const RecordCollector& in, DataSet& out
 }
 
 SensorZero find_zero(const RecordCollector& in, DataSet& out) {
-  std::optional<SampleEnd> last;
-  for (const auto& record : in.records()) {
-    if (const auto end = end_of_samples(*record)) last = end;
-  }
-  if (!last) return {};  // nothing but imported records
-  const SensorZero zero = in.zero().result(last->boot_id, last->index);
+  const bool measured =
+      std::any_of(in.records().begin(), in.records().end(), [](const auto& r) { return !r->blocks.empty(); });
+  if (!measured) return {};  // nothing but imported records
+  const SensorZero zero = in.zero();
   if (zero.samples == 0) {
     out.notes.emplace_back(
         "no samples with gates off at rest: the sensors' zeros are taken as 0 counts, their noise is "

@@ -247,12 +247,4 @@ BuiltRecord build_record(RawRecord& raw, const SensorZero& zero) {
   return out;
 }
 
-std::optional<SampleEnd> end_of_samples(const RawRecord& raw) {
-  if (raw.blocks.empty()) return std::nullopt;
-  const auto last = std::max_element(raw.blocks.begin(), raw.blocks.end(), [](const auto& a, const auto& b) {
-    return a->first_index < b->first_index;
-  });
-  return SampleEnd{(*last)->boot_id, (*last)->first_index + (*last)->n};
-}
-
 }  // namespace imrig

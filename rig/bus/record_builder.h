@@ -14,19 +14,11 @@ struct BuiltRecord {
   std::optional<Record> record;
   std::string reason;         // why there is none
   bool from_samples = false;  // counts of a campaign, not an imported series
-  std::uint64_t raw_hash =
-      0;  // of a campaign record's counts and facts; does not depend on the zeros, nor on when it was taken
+  // Of a campaign record's counts and facts; does not depend on the zeros, nor on when it was taken.
+  std::uint64_t raw_hash = 0;
 };
 
 // Releases the raw blocks of the record as it goes.
 BuiltRecord build_record(RawRecord& raw, const SensorZero& zero);
-
-// Last index of the record's samples + 1 and their boot, for the sensor zeros; nothing for a record without
-// samples.
-struct SampleEnd {
-  std::int64_t boot_id = 0;
-  std::int64_t index = 0;
-};
-std::optional<SampleEnd> end_of_samples(const RawRecord& raw);
 
 }  // namespace imrig

@@ -53,7 +53,7 @@ void ZeroCollector::add(const imrig_msg::samples_t& block) {
   if (!at_rest(block)) return;
   Block out;
   out.boot_id = block.boot_id;
-  out.first_index = block.first_index;
+  out.utime = block.utime;
   out.n = block.n;
   out.current_A_per_count = static_cast<double>(block.current_A_per_count);
   out.voltage_V_per_count = static_cast<double>(block.voltage_V_per_count);
@@ -73,12 +73,19 @@ void ZeroCollector::add(const imrig_msg::samples_t& block) {
   blocks_.push_back(out);
 }
 
-SensorZero ZeroCollector::result(std::int64_t boot_id, std::int64_t before_index) const {
+SensorZero ZeroCollector::result(const std::map<std::int64_t, ZeroWindow>& by_boot) const {
+  constexpr std::int64_t kEnough = 4000;  // samples: the zero is then good to a sixtieth of the noise
   std::vector<Block> chosen;
+  std::int64_t samples = 0;
   for (const auto& block : blocks_) {
-    if (block.boot_id != boot_id || block.first_index < before_index) chosen.push_back(block);
+    const auto window = by_boot.find(block.boot_id);
+    if (window == by_boot.end() || block.utime < window->second.from_utime ||
+        block.utime > window->second.to_utime)
+      continue;
+    chosen.push_back(block);
+    samples += block.n;
   }
-  return zero_of(chosen.empty() ? blocks_ : chosen);
+  return zero_of(samples < kEnough ? blocks_ : chosen);
 }
 
 SensorZero ZeroCollector::zero_of(const std::vector<Block>& blocks) {

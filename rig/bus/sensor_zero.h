@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,19 +31,26 @@ struct SensorZero {
   double voltage_noise_V = 0.0;
 };
 
+// Of one boot of the device, us on its own clock.
+struct ZeroWindow {
+  std::int64_t from_utime = 0;
+  std::int64_t to_utime = 0;
+};
+
 class ZeroCollector {
  public:
   // Every block of the log, in its order.
   void add(const imrig_msg::samples_t& block);
 
-  // Over the blocks that begin before the given index of the given boot (and all blocks of other boots); over
-  // all when there are none. So two logs of one measurement agree although one went on for longer.
-  SensorZero result(std::int64_t boot_id, std::int64_t before_index) const;
+  // Over the blocks whose boot has a window and that begin within it, so that two logs of one measurement
+  // agree although one began earlier or went on for longer; over all blocks where the windows hold too
+  // little.
+  SensorZero result(const std::map<std::int64_t, ZeroWindow>& by_boot) const;
 
  private:
   struct Block {
     std::int64_t boot_id = 0;
-    std::int64_t first_index = 0;
+    std::int64_t utime = 0;
     std::int32_t n = 0;
     std::array<std::int64_t, kChannels> sum = {};
     double current_scatter_A2 = 0.0;  // sum of squares about the block's mean, of both components

@@ -378,23 +378,29 @@ TEST(LogRecords, TornLogKeepsTheRecordsThatAreWhole) {
 // day.
 TEST(LogRecords, SameMeasurementLoggedTwiceGivesTheSameNumbers) {
   const Folder folder;
-  const auto write = [&](const std::string& name, std::int64_t wall, double tail_s, double noise) {
+  const auto write = [&](const std::string& name, std::int64_t wall, bool late, double tail_s, double noise) {
     CampaignLog log(folder / name);
     log.wall_utime = wall;
     log.noise = noise;
-    start_turning(log);
+    log.lose = [late](std::int64_t first) { return late && first < 5000; };
+    log.rest(0.5);
+    imrig_msg::dataset_t facts = dataset();
+    facts.noise_current_A = facts.noise_voltage_V = std::nan("");
+    facts.utime = static_cast<std::int64_t>(1e6 * log.now_s());
+    log.write(channel::kDataset, facts);
+    log.rest(0.4);
+    log.current_A = [](double t) { return rotating(10.0, t); };
     log.take(1, "p1", 2000);
-    const double at = log.now_s();
-    log.current_A = log.voltage_V = [](double) { return SpaceVector(); };
-    log.angle_rad = [at](double) { return kSpin * at; };
+    log.current_A = [](double) { return SpaceVector(); };
     log.rest(tail_s);
     log.close();
     return read_log(folder / name);
   };
-  const DataSet a = write("a.lcm", 1700000000000000, 0.1, 1.2);
-  const DataSet b = write("b.lcm", 1800000000000000, 2.0, 1.2);
-  const DataSet c = write("c.lcm", 1700000000000000, 0.1, 1.3);
+  const DataSet a = write("a.lcm", 1700000000000000, false, 0.1, 1.2);
+  const DataSet b = write("b.lcm", 1800000000000000, true, 2.0, 1.2);
+  const DataSet c = write("c.lcm", 1700000000000000, false, 0.1, 1.3);
   EXPECT_TRUE(same_values(a.records[0], b.records[0]));
+  EXPECT_EQ(a.noise.current_A, b.noise.current_A);
   EXPECT_EQ(a.hash, b.hash);
   EXPECT_NE(a.hash, c.hash);
 }
