@@ -89,7 +89,7 @@
       chart(grid, 'Error over ' + names[name].split(',')[0], {
         type: 'scatter', data: { datasets: datasets },
         options: {
-          scales: { x: axis(names[name]), y: axis(unit, { beginAtZero: true }) },
+          scales: { x: axis(names[name], { grace: '4%' }), y: axis(unit, { beginAtZero: true }) },
           plugins: { legend: { display: datasets.length > 1 }, tooltip: { callbacks: { label: (item) => item.raw.id + ': ' + item.raw.y + (byFloor ? '' : ' %') } } }
         }
       });
