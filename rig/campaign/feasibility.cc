@@ -16,8 +16,21 @@ constexpr double kLeastSlip = 1e-4;
 constexpr double kCurrentMargin = 0.85;  // of the rig's limit, where the plan says nothing
 constexpr double kSpeedMargin = 0.95;
 constexpr int kBisections = 48;
+constexpr double kSwing = 3.0;  // rotor and field swing at low frequency; peaks on the emulated 5 hp bench stay below this many times
 
 double limit_or(double plan, double rig, double margin) { return std::isnan(plan) ? margin * rig : std::min(plan, rig); }
+
+// Slip between none and pull-out at which the motor gives the torque asked for; the pull-out slip when it cannot.
+double slip_on_branch(const SteadyPredictor& predict, double v_peak_V, double frequency_Hz, const PullOut& pull_out,
+                      const std::function<double(double slip)>& torque_Nm) {
+  double low = 0.0;
+  double high = pull_out.slip;
+  for (int k = 0; k < kBisections; ++k) {
+    const double slip = 0.5 * (low + high);
+    (predict(v_peak_V, frequency_Hz, slip).torque_Nm < torque_Nm(slip) ? low : high) = slip;
+  }
+  return high;
+}
 
 // Everything that holds at one (v, f) with one step.
 class Place {
@@ -40,13 +53,7 @@ class Place {
 
   // Slip at which the motor carries the load; the pull-out slip when it cannot.
   double slip_for(double load_Nm) const {
-    double low = 0.0;
-    double high = pull_out_.slip;
-    for (int k = 0; k < kBisections; ++k) {
-      const double slip = 0.5 * (low + high);
-      (at(std::max(slip, kLeastSlip * 1e-3)).torque_Nm < load_Nm + friction_Nm(slip) ? low : high) = slip;
-    }
-    return high;
+    return slip_on_branch(predict_, v_, f_, pull_out_, [&](double slip) { return load_Nm + friction_Nm(slip); });
   }
 
   // What forbids the load, or nullptr.
@@ -123,12 +130,15 @@ void check_startup(const RigConfig& rig, const Place& place, const SteadyPredict
     return;
   }
   const double torque = rig.motor.J_kgm2 * place.speed_rad_s(0.0) / point.ramp_s;
-  const PullOut half = pull_out(predict, 0.5 * checked.voltage_V, 0.5 * point.frequency_Hz);
+  const double v_half = 0.5 * checked.voltage_V;
+  const double f_half = 0.5 * point.frequency_Hz;
+  const PullOut half = pull_out(predict, v_half, f_half);
   if (torque > half.torque_Nm) {
     forbid(checked, fmt::format("the ramp asks for {} to accelerate, pull-out half-way is {}", told(torque, "N m"),
                                 told(half.torque_Nm, "N m")));
   }
-  checked.current_peak_A = predict(0.5 * checked.voltage_V, 0.5 * point.frequency_Hz, half.slip).current_A;
+  const double slip = slip_on_branch(predict, v_half, f_half, half, [torque](double) { return torque; });
+  checked.current_peak_A = kSwing * predict(v_half, f_half, slip).current_A;
 }
 
 void check_load(const RigConfig& rig, const Place& place, CheckedPoint& checked) {

@@ -18,11 +18,12 @@ constexpr double kNominalSample_s = 60e-6;
 std::string cell(double x, int digits) { return std::isnan(x) ? "-" : fmt::format("{:.{}f}", x, digits); }
 
 std::string row(const CheckedPoint& c) {
-  const bool rest = std::isnan(c.slip);
-  return fmt::format("{:<24}{:>6}{:>8}{:>9}{:>8}{:>9}{:>10}{:>9}{:>9}{:>8}  {}\n", c.point.id,
-                     rest ? "-" : cell(c.point.frequency_Hz, 1), rest ? "-" : cell(c.voltage_V, 1), cell(rest ? c.slip : c.load_Nm, 2),
-                     cell(100 * c.slip, 2), cell(c.torque_Nm, 2), cell(c.pull_out_Nm, 1), cell(c.current_A, 1),
-                     cell(c.current_peak_A, 1), c.feasible ? cell(c.time_s, 1) : "-", c.feasible ? (c.point.holdout ? "holdout" : "") : c.why);
+  const bool at_rest = c.point.kind == PointKind::kDc || c.point.kind == PointKind::kStandstill;
+  const auto when_running = [at_rest](double x, int digits) { return at_rest ? "-" : cell(x, digits); };
+  const std::string remark = c.feasible ? (c.point.holdout ? "holdout" : "") : c.why;
+  return fmt::format("{:<24}{:>6}{:>8}{:>9}{:>8}{:>9}{:>10}{:>9}{:>9}{:>8}  {}\n", c.point.id, when_running(c.point.frequency_Hz, 1),
+                     when_running(c.voltage_V, 1), when_running(c.load_Nm, 2), cell(100 * c.slip, 2), cell(c.torque_Nm, 2),
+                     cell(c.pull_out_Nm, 1), cell(c.current_A, 1), cell(c.current_peak_A, 1), c.feasible ? cell(c.time_s, 1) : "-", remark);
 }
 
 nlohmann::json object(const CheckedPoint& c) {

@@ -61,6 +61,7 @@ TEST(CampaignRun, QuickPlanRunsWholeWithoutALostSample) {
   EXPECT_EQ(set.records.size(), static_cast<std::size_t>(kQuickPoints));
   EXPECT_EQ(read_text(folder / "c/plan.toml"), read_text(source("campaigns/quick.toml")));
   EXPECT_NO_THROW(load_rig_config(folder / "c/rig.toml"));
+  EXPECT_EQ(outcome.err, "") << "quiet in a pipe";
   const auto again = run(command(folder / "c"));
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_THAT(again.err, HasSubstr("--resume"));
@@ -133,6 +134,25 @@ TEST(CampaignRun, CtrlCStopsSafelyWithExitCodeOneAndAnIntactJournal) {
   EXPECT_TRUE(test::wait_until([&] { return std::none_of(others.begin(), others.end(), test::alive); }));
   EXPECT_EQ(journalled(folder / "c", "ended").size(), 1u);
   EXPECT_FALSE(read_journal(folder / "c").torn);
+}
+
+TEST(CampaignRun, EmergencyStopEndsItWithTheReasonAndExitCodeOne) {
+  const Folder folder;
+  RigConfig rig;
+  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0&recv_buf_size=4194304";
+  rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
+  rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
+  write_text_atomically(folder / "rig.toml", to_toml(rig));
+  std::vector<std::string> argv = command(folder / "c", {"--config", folder / "rig.toml"}, "2");
+  argv[0] = std::string(IMRIG_BIN_DIR) + "/imrig";
+  ChildProcess campaign({"imrig", argv, folder / "campaign.log"});
+  ASSERT_TRUE(test::wait_until([&] { return has_journal(folder / "c") && read_journal(folder / "c").done.size() >= 3; }, 120));
+  const auto estop = run({"imrig", "estop", "--config", folder / "rig.toml"});
+  EXPECT_EQ(estop.exit_code, 0) << estop.err;
+  ASSERT_TRUE(test::wait_until([&] { return !campaign.running(); }, 120));
+  EXPECT_EQ(campaign.exit_code(), 1) << read_text(folder / "campaign.log");
+  EXPECT_THAT(campaign.last_words(), HasSubstr("emergency stop"));
+  EXPECT_THAT(read_text(journal_path(folder / "c")), HasSubstr("emergency stop"));
 }
 
 TEST(CampaignRun, ChangedPlanIsNotResumed) {
