@@ -50,9 +50,13 @@ struct Losses {
 // What a hook may look at. Fields are filled in the order in which they stand; a hook sees those before its
 // own place.
 struct Conditions {
-  std::complex<double> psi_s, psi_r;             // Wb, stator frame, T circuit
-  double w_mech = 0.0, angle = 0.0;              // rad/s, rad
+  double n_p = 1.0;                   // pole pairs of the motor
+  double dc_link_V = 0.0;             // as it is over this stretch
+  double cycle_s = 0.0;               // of an averaged inverter; 0 where every switching instant is followed
+  std::complex<double> psi_s, psi_r;  // Wb, stator frame, T circuit
+  double w_mech = 0.0, angle = 0.0;   // rad/s, rad
   double psi_d = 0.0, psi_q = 0.0, psi_f = 0.0;  // Wb, generator, rotor frame
+  double R_r_nominal = 0.0;                      // ohm, the file's; R.R_r over it is how the cage has changed
   Temperatures temperature;                      // after temperatures()
   Currents i;                                    // after currents()
   Resistances R;                                 // after resistances()
@@ -72,6 +76,19 @@ struct Measured {
   double i[3], v[3];   // A, V
   double encoder_rad;  // within the turn
   double stator_C;
+};
+
+// How one branch of the T circuit saturates: incremental inductance from the linear one down to
+// saturated_ratio of it, around a smooth knee.
+struct SaturationLaw {
+  double saturated_ratio = 1.0;  // 1: stays linear
+  double knee = 1.0;             // Wb, air gap and teeth; A, leakage
+  double softness = 0.5;         // 0 sharp .. 1
+};
+
+struct MagneticLaws {
+  SaturationLaw main, stator_leakage, rotor_leakage, teeth;
+  double leakage_in_teeth = 0.0;  // share of the stator's leakage flux that passes the teeth
 };
 
 struct Parameter {
@@ -100,6 +117,9 @@ class Effect {
   virtual unsigned hooks() const = 0;  // which of the functions below it overrides
   virtual std::vector<Parameter> parameters() const = 0;
 
+  // Asked once when the plant is built: how the magnetic circuit bends (plant/magnetic_circuit.h). Not in
+  // hooks().
+  virtual void magnetics(MagneticLaws&) const {}
   // own: the effect's states. Each hook changes its last argument.
   virtual void currents(const Conditions&, const double* /*own*/, Currents&) const {}
   virtual void resistances(const Conditions&, const double* /*own*/, Resistances&) const {}
@@ -113,6 +133,11 @@ class Effect {
   virtual void measured(const Conditions&, const double* /*own*/, Measured&) const {}
   virtual void temperatures(const Conditions&, const double* /*own*/, Temperatures&) const {}
   virtual void rotor_drop(const Conditions&, const double* /*own*/, RotorDrop&) const {}
+  // The part of the rotor's leakage inductance, H, that lives in the states of this effect instead of in
+  // psi_r. The circuit's rotor leakage is reduced by it, so that the whole stays what the file says.
+  virtual double rotor_leakage_H(double /*R_r_nominal*/) const { return 0.0; }
+  // Bound on how fast its own states settle, 1/s; must not exceed what a fixed step follows.
+  virtual double fastest_rate_per_s() const { return 0.0; }
   virtual void coupling(const Conditions&, const double* /*own*/, Coupling&) const {}
   virtual void losses(const Conditions&, const double* /*own*/, Losses&) const {}
   // Adds what this effect stores, or corrects the linear circuit's magnetic energy: J.

@@ -17,6 +17,10 @@ struct EffectEntry {
   std::string name;
   std::string physics;                                               // one sentence
   std::shared_ptr<const Effect> (*read)(const ConfigReader& table);  // its table [effects.NAME]
+  // For the test that walks the registry (tests/plant/registry_test.cc): the table's lines at which the
+  // effect changes no bit, and at which it is strong. Neutral is normally the empty table.
+  std::string neutral = "";
+  std::string strong = "";
 };
 
 const std::vector<EffectEntry>& effect_registry();

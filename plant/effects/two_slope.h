@@ -1,0 +1,59 @@
+#pragma once
+// An isotropic curve of two slopes with a smooth knee: what saturation adds to a current, as a function of a
+// flux vector psi of length x.
+//   h(x) = s x (1 - 2K/S),  S = sqrt((x-k)^2 + w^2) + sqrt((x+k)^2 + w^2),  k = K sqrt(1 - r^2),  w = K r.
+// Slope 0 at the origin, rising all the way to s; the asymptote s (x - K) leaves the axis at the knee K. The
+// softness r (0 sharp .. 1) rounds it. It is the gradient of the convex energy H(x), in closed form, so
+// whatever is composed of such curves neither makes nor loses energy. Odd and analytic in x, hence smooth as
+// a vector.
+
+#include <cmath>
+
+namespace imrig::plant {
+
+class TwoSlope {
+ public:
+  struct Tangent {
+    double secant;  // h(x)/x
+    double rank;    // (h'(x) - h(x)/x)/x^2: the Jacobian of the vector is secant I + rank psi psi^T
+  };
+
+  TwoSlope() = default;  // nothing
+  // s >= 0, knee > 0, softness in (0, 1).
+  TwoSlope(double s, double knee, double softness)
+      : s_(s), K_(knee), r2_(softness * softness), k_(knee * std::sqrt(1.0 - r2_)) {}
+
+  bool none() const { return s_ == 0.0; }
+  double knee() const { return K_; }
+  double final_slope() const { return s_; }
+
+  double secant(double x2) const { return s_ * (1.0 - 2.0 * K_ / root(x2, product(x2))); }
+
+  Tangent tangent(double x2) const {
+    const double P = product(x2), S = root(x2, P);
+    return {s_ * (1.0 - 2.0 * K_ / S), s_ * 2.0 * K_ * (S * S - 4.0 * k_ * k_) / (S * S * S * P)};
+  }
+
+  // Integral of h from 0 to x.
+  double energy(double x) const {
+    if (none()) return 0.0;
+    return s_ *
+           (0.5 * x * x - K_ / (2.0 * k_) * (primitive(x + k_) - primitive(x - k_) - 2.0 * primitive(k_)));
+  }
+
+ private:
+  // Product and sum of the two distances; only the square of x enters.
+  double product(double x2) const {
+    const double K2 = K_ * K_, away = x2 - K2;
+    return std::sqrt(away * away + 4.0 * r2_ * K2 * x2);
+  }
+  double root(double x2, double P) const { return std::sqrt(2.0 * (x2 + K_ * K_ + P)); }
+  double primitive(double u) const {
+    const double w = K_ * std::sqrt(r2_);
+    return 0.5 * (u * std::sqrt(u * u + w * w) + w * w * std::asinh(u / w));
+  }
+
+  double s_ = 0.0, K_ = 1.0, r2_ = 0.25, k_ = 0.8660254037844386;
+};
+
+}  // namespace imrig::plant
