@@ -44,11 +44,30 @@ TEST_P(ClosedLoop, FindsEveryParameterWithinOnePercentAndItsOwnInterval) {
     EXPECT_LT(sigma / right, 0.01) << name << ": an interval so wide would prove nothing";
   }
 
+}
+
+// With exact gains nothing but noise is left, and the model must reach the floor, on records it never saw too.
+TEST(ClosedLoopWithExactGains, LeavesNothingButNoise) {
+  const Folder folder;
+  std::string plant = read_text(source("models/plants/proca_5hp.toml"));
+  const auto sensors = plant.find("gain_sigma");
+  ASSERT_NE(sensors, std::string::npos);
+  plant.replace(sensors, plant.find('\n', sensors) - sensors, "gain_sigma = 0.0");
+  write_text_atomically(folder / "plant.toml", plant);
+  ASSERT_EQ(run({"imrig", "campaign", "run", source("campaigns/quick.toml"), "--emulate", folder / "plant.toml", "--pace", "max", "--out",
+                 folder / "campaign"})
+                .exit_code,
+            0);
+  ASSERT_EQ(run({"imrig", "identify", folder / "campaign", "--out", folder / "model.toml"}).exit_code, 0);
   const auto compared = run({"imrig", "compare", folder / "model.toml", folder / "campaign", "--json"});
   ASSERT_EQ(compared.exit_code, 0) << compared.err;
-  const json fitted = json::parse(compared.out).at("fitted");
-  fmt::print("fitted nrmse {:.5f}, floor {:.5f}\n", fitted.at("nrmse").get<double>(), fitted.at("floor_nrmse").get<double>());
-  EXPECT_LT(fitted.at("nrmse").get<double>(), 1.3 * fitted.at("floor_nrmse").get<double>());
+  for (const char* part : {"fitted", "holdout"}) {
+    const json pooled = json::parse(compared.out).at(part);
+    const double error = pooled.at("nrmse").get<double>(), floor = pooled.at("floor_nrmse").get<double>();
+    fmt::print("{}: nrmse {:.5f}, floor {:.5f}\n", part, error, floor);
+    EXPECT_LT(error, 1.05 * floor) << part;
+    EXPECT_GT(error, 0.8 * floor) << part << ": the floor is too high to show anything";
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, ClosedLoop, ::testing::Values(1, 2, 3));
