@@ -57,7 +57,8 @@ struct Observed {
   double angle_rad = 0.0;  // of the shaft, [0, 2 pi)
   std::int64_t turns = 0;
   double generator_i_d_A = 0.0, generator_i_q_A = 0.0, field_A = 0.0, field_V = 0.0;
-  double stator_C = 0.0;
+  double stator_C = 0.0;             // as the thermocouple has it
+  double rotor_C = 0.0, iron_C = 0.0;  // as the effects have it
 };
 
 class Plant {

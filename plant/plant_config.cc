@@ -38,6 +38,10 @@ MechanicsConfig read_mechanics(const ConfigReader& table) {
   MechanicsConfig mechanics;
   mechanics.J_kgm2 = table.number_or("J_kgm2", mechanics.J_kgm2, {1e-6, 1e4});
   mechanics.locked = table.boolean_or("locked", mechanics.locked);
+  if (table.has("held_speed_rpm")) {
+    if (mechanics.locked) table.fail("held_speed_rpm", "the shaft is locked already", "give one of both");
+    mechanics.held_speed_rpm = table.number("held_speed_rpm", {-1e5, 1e5});
+  }
   return mechanics;
 }
 

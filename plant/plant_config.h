@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,7 @@ MachineConfig machine_of_inverse_gamma(double R_s_ohm, double R_r_ohm, double L_
 struct MechanicsConfig {
   double J_kgm2 = 0.047;  // motor, coupling and generator
   bool locked = false;    // the shaft is held
+  std::optional<double> held_speed_rpm;  // a stiff drive holds the shaft at this speed
 };
 
 struct InverterConfig {
