@@ -55,9 +55,9 @@ void add_run(CLI::App& parent, const std::shared_ptr<Options>& o, int& exit_code
   verb->add_option("--out", o->request.folder, "folder for log, journal and copies of plan and rig")->required();
   verb->add_flag("--resume", o->request.resume, "go on with the campaign in that folder; finished points are kept");
   verb->add_option("--config", o->request.rig_path, "rig configuration (default: the built-in one)");
-  verb->add_option("--emulate", o->request.plant_path, "start a rig of its own on this emulated plant (TOML)");
-  verb->add_option("--pace", o->request.pace, "of the emulator: realtime, a factor, or max")->capture_default_str();
-  verb->add_option("--seed", o->request.seed, "of the emulator's noise and tolerances");
+  CLI::Option* emulate = verb->add_option("--emulate", o->request.plant_path, "start a rig of its own on this emulated plant (TOML)");
+  verb->add_option("--pace", o->request.pace, "of the emulator: realtime, a factor, or max")->capture_default_str()->needs(emulate);
+  verb->add_option("--seed", o->request.seed, "of the emulator's noise and tolerances")->needs(emulate);
   verb->add_flag("--json", o->json, "print JSON");
   verb->callback([o, &exit_code] {
     const CampaignResult result = run_campaign(o->request);

@@ -131,6 +131,17 @@ std::string watch(RigProcesses& rig) {
   return "";
 }
 
+// A rig that does not start leaves no temporary folder behind.
+std::unique_ptr<RigProcesses> start_rig(const RigRequest& request, bool temporary) {
+  try {
+    return std::make_unique<RigProcesses>(request, stop_asked);
+  } catch (...) {
+    std::error_code ignored;
+    if (temporary) std::filesystem::remove_all(request.folder, ignored);
+    throw;
+  }
+}
+
 int up(const Options& options) {
   catch_stop_signals();
   RigRequest request;
@@ -143,14 +154,14 @@ int up(const Options& options) {
   request.seed = options.seed;
   request.private_ports = !options.plant_path.empty() && options.rig_path.empty();
   request.recorder_out = request.folder + "/rig.lcm";
-  RigProcesses rig(request, stop_asked);
+  const auto rig = start_rig(request, options.folder.empty());
   std::string problem;
   if (!stop_asked()) {
-    print_rig(rig, request.folder);
-    problem = watch(rig);
+    print_rig(*rig, request.folder);
+    problem = watch(*rig);
   }
   if (!problem.empty()) fmt::print(stderr, "imrig: {}; stopping the rig\n", problem);
-  for (const std::string& name : rig.stop()) fmt::print(stderr, "imrig: {} had to be killed\n", name);
+  for (const std::string& name : rig->stop()) fmt::print(stderr, "imrig: {} had to be killed\n", name);
   fmt::print("stopped\n");
   return problem.empty() ? 0 : 1;
 }
@@ -161,9 +172,9 @@ void add_up(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("up", "start the rig's processes; Ctrl-C stops them safely");
   const auto options = std::make_shared<Options>();
   verb->add_option("--config", options->rig_path, "rig configuration (default: the built-in one; with --emulate, private free ports)");
-  verb->add_option("--emulate", options->plant_path, "emulate this plant (TOML) instead of hardware");
-  verb->add_option("--pace", options->pace, "of the emulator: realtime, a factor, or max")->capture_default_str();
-  verb->add_option("--seed", options->seed, "of the emulator's noise and tolerances");
+  CLI::Option* emulate = verb->add_option("--emulate", options->plant_path, "emulate this plant (TOML) instead of hardware");
+  verb->add_option("--pace", options->pace, "of the emulator: realtime, a factor, or max")->capture_default_str()->needs(emulate);
+  verb->add_option("--seed", options->seed, "of the emulator's noise and tolerances")->needs(emulate);
   verb->add_option("--out", options->folder, "folder for the event log and the processes' logs (default: a temporary one)");
   verb->callback([options, &exit_code] { exit_code = up(*options); });
 }
