@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "rig/base/error.h"
 #include "rig/base/rig_config.h"
 #include "rig/bus/bus.h"
 #include "rig/bus/event_log.h"
@@ -98,10 +99,15 @@ inline bool let_kernel_drain(int port) {
   });
 }
 
+// Whole events of a log that may just have been begun: none when there is none yet.
 inline std::vector<LogEvent> all_events(const std::string& path) {
-  EventLogReader log(path);
   std::vector<LogEvent> events;
-  while (auto event = log.next()) events.push_back(std::move(*event));
+  try {
+    EventLogReader log(path);
+    while (auto event = log.next()) events.push_back(std::move(*event));
+  } catch (const Error&) {
+    return {};
+  }
   return events;
 }
 
