@@ -1,7 +1,8 @@
 #pragma once
 // Bearing friction: T = T_c w/sqrt(w^2 + w_0^2) + b w, against the motion. The Coulomb part is smooth within
-// about w_0 of rest, so a shaft at rest under a small torque creeps instead of sticking (stiction is another
-// effect). Source: Armstrong-Helouvry, Control of Machines with Friction, 1991.
+// about w_0 of rest: under a torque T < T_c the shaft creeps at w = w_0 T/sqrt(T_c^2 - T^2). With w_0 of a few
+// mrad/s that is less than an encoder count a second, and the shaft sticks; it breaks away above T_c. The rate
+// T_c/(J w_0) must stay well below the inverse of the sample time. Source: Armstrong-Helouvry, Control of Machines with Friction, 1991.
 
 #include <cmath>
 
