@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "rig/base/error.h"
+#include "rig/base/space_vector.h"
 
 namespace imrig::plant {
 namespace {
@@ -20,27 +21,70 @@ Complex solve(double ss, double st, double ts, double tt, Complex right) {
           (ss * right.imag() - ts * right.real()) / determinant};
 }
 
+// The machine without the rotor leakage that effects carry in their own states.
+MachineConfig without_carried_leakage(const PlantConfig& config) {
+  MachineConfig machine = config.machine;
+  for (const auto& effect : config.effects) {
+    const double carried_H = effect->rotor_leakage_H(config.machine.R_r_ohm);
+    machine.L_r_H -= carried_H;
+    if (carried_H > 0.0 && machine.L_r_H < config.machine.L_m_H) {
+      throw Error(
+          "plant " + config.name,
+          "effect " + effect->name() + " carries more leakage than the rotor has (L_r - L_m, T circuit)",
+          "a shallower bar, or less of the rotor's resistance in it");
+    }
+  }
+  return machine;
+}
+
+// Explicit formulas of order four and five follow rate x step up to about 2.8.
+void check_rates(const PlantConfig& config) {
+  for (const auto& effect : config.effects) {
+    if (effect->fastest_rate_per_s() * static_cast<double>(config.sample_time_ns) * 1e-9 <= 2.5) continue;
+    throw Error("plant " + config.name, "effect " + effect->name() + " settles faster than the sample time",
+                "a shorter sample_time_ns, or slower parameters (a deeper bar)");
+  }
+}
+
+MagneticLaws magnetic_laws(const PlantConfig& config) {
+  MagneticLaws laws;
+  for (const auto& effect : config.effects) effect->magnetics(laws);
+  return laws;
+}
+
 }  // namespace
 
 Drive::Drive(const PlantConfig& config)
-    : circuit_(config.machine),
+    : dc_link_V(config.inverter.dc_link_V),
+      cycle_s(static_cast<double>(config.pwm_time_ns) * 1e-9),
+      circuit_(without_carried_leakage(config)),
+      magnetics_(without_carried_leakage(config), magnetic_laws(config)),
       generator_(config.generator),
       mechanics_(config.mechanics),
       effects_(config.effects),
       base_{config.machine.R_s_ohm, config.machine.R_r_ohm, 0.0},
       n_p_(config.machine.pole_pairs) {
+  check_rates(config);
+  if (!magnetics_.linear() &&
+      magnetics_.fastest_rate(base_.R_s, base_.R_r) * static_cast<double>(config.sample_time_ns) * 1e-9 >
+          1.0) {
+    throw Error("plant " + config.name, "the saturated motor settles faster than the sample time",
+                "a shorter sample_time_ns or a higher saturated ratio");
+  }
   if (size() > kMaxStates)
     throw Error("plant " + config.name, "its effects have more states than the plant can carry");
 }
 
 State Drive::initial() const {
   State x{};
+  if (mechanics_.held_speed_rpm) x[kSpeed] = rad_s_of_rpm(*mechanics_.held_speed_rpm);
   for (const auto& slot : effects_.with_states()) slot.effect->initial(&x[kOwn + slot.offset]);
   return x;
 }
 
 Currents Drive::currents(const Conditions& at, const double* own) const {
-  Currents i = circuit_.currents(at.psi_s, at.psi_r);
+  Currents i =
+      magnetics_.linear() ? circuit_.currents(at.psi_s, at.psi_r) : magnetics_.solve(at.psi_s, at.psi_r).i;
   for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, i);
   return i;
 }
@@ -79,12 +123,17 @@ Losses Drive::losses(const Conditions& at, const double* own) const {
   return heat;
 }
 
-// How the stator's current answers its fluxes: known in the linear circuit, else by central differences
-// around the point.
+// How the stator's current answers its fluxes: known of the magnetic circuit, else, where an effect bends the
+// currents behind it, by central differences around the point.
 Drive::Sensitivity Drive::sensitivity(const Conditions& at, const double* own) const {
-  if (effects_.currents().empty()) {
+  if (effects_.currents().empty() && magnetics_.linear()) {
     const double g = 1.0 / circuit_.transient_inductance();
     return {g, 0.0, 0.0, g, -g * circuit_.coupling() * at.dpsi_r};
+  }
+  if (effects_.currents().empty()) {
+    const auto [ss, sr, rr] = magnetics_.incremental(at.psi_s, at.psi_r);
+    const double x = at.dpsi_r.real(), y = at.dpsi_r.imag();
+    return {ss.xx, ss.xy, ss.yx, ss.yy, {sr.xx * x + sr.xy * y, sr.yx * x + sr.yy * y}};
   }
   const auto slope = [&](Complex d_psi_s, Complex d_psi_r, double unit) {
     Conditions up = at, down = at;
@@ -138,11 +187,13 @@ Drive::Flow Drive::flow(const double* x) const {
   Flow flow;
   Conditions& at = flow.at;
   const double* own = x + kOwn;
+  at.n_p = n_p_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
   at.psi_s = {x[kPsiS], x[kPsiS + 1]};
   at.psi_r = {x[kPsiR], x[kPsiR + 1]};
   at.w_mech = x[kSpeed];
   at.angle = x[kAngle];
   at.psi_d = x[kPsiD], at.psi_q = x[kPsiQ], at.psi_f = x[kPsiF];
+  at.R_r_nominal = base_.R_r;
   for (const auto& slot : effects_.temperatures())
     slot.effect->temperatures(at, own + slot.offset, at.temperature);
   at.i = currents(at, own);
@@ -167,7 +218,8 @@ void Drive::derivatives(const double* x, double* dx) const {
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
   const double load = now.at.coupling.rigid ? now.at.generator_Nm : now.at.coupling.torque_on_motor_Nm;
   const double torque = now.at.torque_Nm + load - now.at.drag_Nm;
-  dx[kSpeed] = mechanics_.locked ? 0.0 : torque / mechanics_.J_kgm2;
+  const bool held = mechanics_.locked || mechanics_.held_speed_rpm;
+  dx[kSpeed] = held ? 0.0 : torque / mechanics_.J_kgm2;
   dx[kAngle] = now.at.w_mech;
   dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;
   if (!effects_.with_states().empty()) now.at.losses = losses(now.at, x + kOwn);
@@ -178,22 +230,33 @@ void Drive::derivatives(const double* x, double* dx) const {
 
 Complex Drive::stator_current(const State& x) const {
   Conditions at;
+  at.n_p = n_p_;
   at.psi_s = {x[kPsiS], x[kPsiS + 1]};
   at.psi_r = {x[kPsiR], x[kPsiR + 1]};
+  at.w_mech = x[kSpeed], at.angle = x[kAngle];
   return currents(at, &x[kOwn]).s;
 }
 
 void Drive::set_stator_current(State& x, Complex i_s) const {
   // One step is exact in the linear circuit; Newton's method needs a few where an effect bends it.
-  for (int round = 0; round < (effects_.currents().empty() ? 1 : 8); ++round) {
+  for (int round = 0; round < (effects_.currents().empty() && magnetics_.linear() ? 1 : 8); ++round) {
     Conditions at;
+    at.n_p = n_p_;
     at.psi_s = {x[kPsiS], x[kPsiS + 1]};
     at.psi_r = {x[kPsiR], x[kPsiR + 1]};
+    at.w_mech = x[kSpeed], at.angle = x[kAngle];
     const Complex error = i_s - currents(at, &x[kOwn]).s;
     const Sensitivity d = sensitivity(at, &x[kOwn]);
     const Complex change = solve(d.ss, d.st, d.ts, d.tt, error);
     x[kPsiS] += change.real(), x[kPsiS + 1] += change.imag();
   }
+}
+
+double Drive::magnetic_J(const Conditions& at, const State& x) const {
+  double stored_J = magnetics_.linear() ? 0.5 * (power_W(at.psi_s, at.i.s) + power_W(at.psi_r, at.i.r))
+                                        : magnetics_.energy_J(at.psi_s, at.psi_r);
+  for (const auto& slot : effects_.energy()) slot.effect->energy(at, own(x, slot), stored_J);
+  return stored_J;
 }
 
 }  // namespace imrig::plant

@@ -12,6 +12,7 @@
 
 #include "plant/effects/effect_set.h"
 #include "plant/generator.h"
+#include "plant/magnetic_circuit.h"
 #include "plant/plant_config.h"
 #include "plant/t_circuit.h"
 
@@ -66,9 +67,14 @@ class Drive {
   const EffectSet& effects() const { return effects_; }
   // Heat by place, effects included.
   Losses losses(const Conditions& at, const State& x) const { return losses(at, &x[kOwn]); }
+  // Energy in the motor's magnetic circuit and in what the effects add to it.
+  double magnetic_J(const Conditions& at, const State& x) const;
+  const MagneticCircuit& magnetics() const { return magnetics_; }
 
   Terminals terminals;
   double field_V = 0.0;
+  double dc_link_V = 0.0;  // for effects
+  double cycle_s = 0.0;
 
  private:
   struct Sensitivity {  // d i_s = Jacobian d psi_s + along d psi_r, real components
@@ -84,6 +90,7 @@ class Drive {
   Sensitivity sensitivity(const Conditions& at, const double* own) const;
 
   TCircuit circuit_;
+  MagneticCircuit magnetics_;
   Generator generator_;
   MechanicsConfig mechanics_;
   EffectSet effects_;

@@ -122,6 +122,7 @@ void Plant::Parts::observe() {
   observed.torque_Nm = at.torque_Nm;
   observed.load_Nm = -flow.generator.shaft_Nm;
   observed.drag_Nm = at.drag_Nm;
+  observed.rotor_C = at.temperature.rotor_C, observed.iron_C = at.temperature.iron_C;
   observed.w_mech_rad_s = at.w_mech;
   observed.speed_rpm = rpm_of_rad_s(at.w_mech);
   observed.angle_rad = at.angle;
@@ -182,15 +183,12 @@ Powers Plant::powers() const {
   p.stray_W = heat.stray_W;
   p.air_gap_shaft_W = at.torque_Nm * at.w_mech;
   p.drag_W = at.drag_Nm * at.w_mech;
-  p.generator_shaft_W = -g.shaft_Nm * at.w_mech;
+  p.generator_shaft_W = -g.shaft_Nm * at.coupling.w_generator;
   p.field_W = parts_->drive.field_V * g.i_f;
   p.field_copper_W = box.R_field_ohm * g.i_f * g.i_f;
   p.armature_W = box.R_a_ohm * armature_A2;
   p.load_W = box.R_load_ohm * armature_A2;
-  p.magnetic_J = 0.5 * (power_W(at.psi_s, at.i.s) + power_W(at.psi_r, at.i.r));
-  for (const auto& slot : parts_->drive.effects().energy()) {
-    slot.effect->energy(at, parts_->drive.own(parts_->x, slot), p.magnetic_J);
-  }
+  p.magnetic_J = parts_->drive.magnetic_J(at, parts_->x);
   p.kinetic_J = 0.5 * parts_->config.mechanics.J_kgm2 * at.w_mech * at.w_mech;
   p.generator_J = 0.75 * (at.psi_d * g.i_d + at.psi_q * g.i_q) + 0.5 * at.psi_f * g.i_f;
   return p;

@@ -1,6 +1,7 @@
 #include "plant/effects/registry.h"
 
 #include "plant/effects/friction.h"
+#include "plant/effects/saturation_reader.h"
 #include "rig/base/config_reader.h"
 
 namespace imrig::plant {
@@ -18,6 +19,13 @@ std::shared_ptr<const Effect> read_friction(const ConfigReader& table) {
 
 const std::vector<EffectEntry>& effect_registry() {
   static const std::vector<EffectEntry> registry = {
+      {"magnetizing_saturation", "the main flux saturates the iron around the air gap",
+       read_magnetizing_saturation, "", "saturated_ratio = 0.1\nknee_Wb = 0.35\nsoftness = 0.3"},
+      {"leakage_saturation", "the leakage paths of stator and rotor saturate with their own currents",
+       read_leakage_saturation, "",
+       "stator_saturated_ratio = 0.3\nstator_knee_A = 15\nrotor_saturated_ratio = 0.3\nrotor_knee_A = 15"},
+      {"cross_saturation", "teeth carry main and leakage flux together, so that torque current magnetizes less",
+       read_cross_saturation, "", "saturated_ratio = 0.1\nknee_Wb = 0.35\nleakage_share = 1.0"},
       {"friction", "bearings brake the shaft with a constant and a speed-proportional torque", read_friction},
   };
   return registry;
