@@ -1,6 +1,7 @@
 // The process imrig-emulator: plant, DSP firmware, DSP link and Modbus server in one. It stands in for the
 // bench at its two wires and speaks no LCM.
 //   imrig-emulator --config plant.toml [--link URL] [--modbus URL] [--pace realtime|N|max] [--seed N]
+//                  [--integrator rk4|sundials]
 //   imrig-emulator truth --config plant.toml [--seed N] [--json]
 
 #include <CLI/CLI.hpp>
@@ -27,12 +28,15 @@ struct Options {
   std::string modbus = "tcp://127.0.0.1:15020";
   std::string pace = "realtime";
   std::optional<std::uint64_t> seed;
+  std::string integrator;  // empty: the configuration's
   bool json = false;
 };
 
 PlantConfig configuration(const Options& options) {
   PlantConfig config = load_plant_config(options.config);
   if (options.seed) config.seed = *options.seed;
+  if (options.integrator == "rk4") config.integrator.kind = IntegratorConfig::Kind::kRk4;
+  if (options.integrator == "sundials") config.integrator.kind = IntegratorConfig::Kind::kSundials;
   return config;
 }
 
@@ -89,6 +93,9 @@ int body(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--pace", options.pace, "realtime, N (times real time) or max (as the host's credits allow)")
       ->capture_default_str();
+  app.add_option("--integrator", options.integrator,
+                 "rk4 (fixed step, for pace) or sundials (error-controlled), not the configuration's")
+      ->check(CLI::IsMember({"rk4", "sundials"}));
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {

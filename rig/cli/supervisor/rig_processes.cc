@@ -73,6 +73,8 @@ void RigProcesses::start_emulator(const std::function<bool()>& give_up) {
   std::vector<std::string> options = {"--config", request_.plant_path, "--pace", request_.pace};
   options.insert(options.end(), {"--link", own ? "udp://127.0.0.1:0" : request_.rig.bridge.link});
   options.insert(options.end(), {"--modbus", own ? "tcp://127.0.0.1:0" : request_.rig.dyno.link});
+  // Beyond real time the fixed step, which tests/plant/pace_test.cc holds against the error-controlled integrator.
+  if (request_.pace != "realtime") options.insert(options.end(), {"--integrator", "rk4"});
   if (request_.seed) options.insert(options.end(), {"--seed", std::to_string(*request_.seed)});
   const std::string ready = start("imrig-emulator", options, give_up);
   if (!own || ready.empty()) return;
@@ -90,6 +92,12 @@ std::string RigProcesses::start(const std::string& program, std::vector<std::str
   children_.push_back(std::make_unique<ChildProcess>(std::move(spec)));
   keeper_.adopt(children_.back()->pid());
   return children_.back()->wait_ready(kReady_ms, give_up);
+}
+
+pid_t RigProcesses::pid_of(const std::string& program) const {
+  for (const auto& child : children_)
+    if (child->name() == program) return child->pid();
+  return 0;
 }
 
 std::string RigProcesses::fallen() {
