@@ -1,0 +1,204 @@
+// Speed of the plant alone, on one core: plant_rtf_averaged, plant_rtf_switching, plant_vs_rk4.
+// usage: imrig-bench-plant [--json] --models DIR NAME...
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "bench/bare_motor.h"
+#include "bench/one_core.h"
+#include "bench/result.h"
+#include "plant/effects/friction.h"
+#include "plant/integrator.h"
+#include "plant/plant.h"
+#include "rig/base/error.h"
+#include "rig/base/file.h"
+#include "rig/base/space_vector.h"
+
+namespace imrig::bench {
+namespace {
+
+using namespace plant;
+
+constexpr int kRepeats = 7;
+constexpr double kSimulated_s = 3.0;  // start from rest, load from 1 s on, a 10 % step at 2 s
+
+SpaceVector asked(double t) {
+  const double amplitude = (t > 2.0 ? 161.6 : 179.6) * std::min(1.0, t / 0.2);
+  return std::polar(amplitude, 2.0 * kPi * 60.0 * t);
+}
+
+void drive(Plant& plant) {
+  const double h = 1e-9 * static_cast<double>(plant.sample_time_ns());
+  const auto steps = std::llround(kSimulated_s / h);
+  const auto load_at = std::llround(1.0 / h);
+  InverterCommand held;
+  for (long long k = 0; k < steps; ++k) {
+    if (k == load_at) plant.set_excitation({60.0, 1.2, true, 0.0, 0.0});
+    if (k % 4 == 0) {
+      const auto v = phases(asked(static_cast<double>(k + 2) * h));
+      held = {{v[0], v[1], v[2]}, true};
+    }
+    plant.step(held);
+  }
+}
+
+std::string plant_file(const std::string& models) {
+  const std::string full = models + "/proca_5hp_full.toml";
+  return std::filesystem::exists(full) ? full : models + "/proca_5hp.toml";
+}
+
+std::string of_effects(const PlantConfig& config) {
+  std::string names;
+  for (const auto& effect : config.effects) names.append(names.empty() ? "" : " ").append(effect->name());
+  return names.empty() ? "none" : names;
+}
+
+Result measure(const std::string& name, const PlantConfig& config, double target) {
+  double end_rpm = 0.0;
+  std::vector<double> rtf;
+  for (const double s : timed(kRepeats, [&] {
+         Plant plant(config);
+         drive(plant);
+         end_rpm = plant.state().speed_rpm;
+       }))
+    rtf.push_back(kSimulated_s / s);
+  const Spread got = spread(rtf);
+  return {name,   got.median, "x real time", target, true,
+          fmt::format("{}, {}, {:.0f} us samples, effects: {}; median of {}, {:.0f} to {:.0f}; ends at {:.0f} rpm", config.name,
+                      config.integrator.kind == IntegratorConfig::Kind::kRk4 ? "RK4" : "ERKStep",
+                      1e-3 * static_cast<double>(config.sample_time_ns), of_effects(config), kRepeats, got.least,
+                      got.most, end_rpm)};
+}
+
+Result averaged(const std::string& models) {
+  PlantConfig config = load_plant_config(plant_file(models));
+  config.integrator.kind = IntegratorConfig::Kind::kRk4;
+  Result result = measure("plant_rtf_averaged", config, 100.0);
+  config.integrator.kind = IntegratorConfig::Kind::kSundials;
+  result.note += fmt::format("; ERKStep {:.0f}", measure("", config, 0.0).value);
+  return result;
+}
+
+Result switching(const std::string& models) {
+  const std::string path = plant_file(models);
+  std::string text = read_text(path);
+  const std::string table = "[inverter]\n";
+  const auto at = text.find(table);
+  if (at == std::string::npos) throw Error(path, "has no [inverter]");
+  if (text.find("kind = \"switching\"") == std::string::npos) text.insert(at + table.size(), "kind = \"switching\"\n");
+  PlantConfig config = parse_plant_config(text, path);
+  config.integrator.kind = IntegratorConfig::Kind::kRk4;
+  return measure("plant_rtf_switching", config, 25.0);
+}
+
+// One way to run the same 3 s: v_s held over four samples, the field's voltage constant.
+struct Trace {
+  std::vector<SpaceVector> i;
+  std::vector<double> rpm;
+};
+
+constexpr double kField_V = 24.7;
+constexpr double kSample_s = 60e-6;
+constexpr int kSteps = 50000;
+constexpr Friction::Config kFriction{0.25, 0.0015, 0.2};
+
+PlantConfig base_machine() {
+  PlantConfig config;
+  config.machine = machine_of_inverse_gamma(0.39, 0.22, 0.006, 0.068, 2);
+  config.sensors.ideal = true;
+  config.effects.push_back(std::make_shared<Friction>(kFriction));
+  return config;
+}
+
+Trace by_drive(const IntegratorConfig& kind, bool keep) {
+  PlantConfig config = base_machine();
+  config.integrator = kind;
+  Drive drive(config);
+  const auto integrator = make_integrator(config.integrator, drive);
+  State x = drive.initial();
+  drive.field_V = kField_V;
+  Trace trace;
+  for (int k = 0; k < kSteps; ++k) {
+    if (k % 4 == 0) drive.terminals = {Terminals::Kind::kInverter, asked((k + 2) * kSample_s), 1.0};
+    integrator->advance(x, kSample_s, k % 4 == 0);
+    if (keep) trace.i.push_back(drive.stator_current(x)), trace.rpm.push_back(rpm_of_rad_s(x[kSpeed]));
+  }
+  return trace;
+}
+
+Trace by_bare_rk4(bool keep) {
+  BareMotor motor(base_machine(), {kFriction.coulomb_Nm, kFriction.viscous_Nms, kFriction.width_rad_s});
+  BareMotor::State x{};
+  motor.field_V = kField_V;
+  Trace trace;
+  for (int k = 0; k < kSteps; ++k) {
+    if (k % 4 == 0) {
+      const SpaceVector v = asked((k + 2) * kSample_s);
+      motor.v_x = v.real(), motor.v_y = v.imag();
+    }
+    motor.step(x, kSample_s);
+    if (keep) trace.i.emplace_back(motor.current_x(x), motor.current_y(x)), trace.rpm.push_back(rpm_of_rad_s(x[4]));
+  }
+  if (!(std::abs(x[4]) < 1e3)) throw Error("plant_vs_rk4", "the bare motor ran away");
+  return trace;
+}
+
+std::string apart(const Trace& a, const Trace& b) {
+  double square = 0.0, rpm = 0.0;
+  for (std::size_t k = 0; k < a.i.size(); ++k) {
+    square += std::norm(a.i[k] - b.i[k]);
+    rpm = std::max(rpm, std::abs(a.rpm[k] - b.rpm[k]));
+  }
+  return fmt::format("{:.1e} A rms, {:.1e} rpm", std::sqrt(square / static_cast<double>(a.i.size())), rpm);
+}
+
+Result against_bare_rk4() {
+  const IntegratorConfig rk4{IntegratorConfig::Kind::kRk4, 0.0, 0.0};
+  std::vector<double> ratio, bare_s, plant_s, whole_s;
+  PlantConfig config = base_machine();
+  config.integrator = rk4;
+  for (int k = 0; k < kRepeats; ++k) {  // in turn, so that a slow moment hits all
+    bare_s.push_back(timed(1, [] { by_bare_rk4(false); })[0]);
+    plant_s.push_back(timed(1, [&] { by_drive(rk4, false); })[0]);
+    whole_s.push_back(timed(1, [&] {
+      Plant plant(config);
+      drive(plant);
+    })[0]);
+    ratio.push_back(plant_s.back() / bare_s.back());
+  }
+  const Trace reference = by_drive({IntegratorConfig::Kind::kSundials, 1e-12, 1e-14}, true);
+  const Spread got = spread(ratio);
+  const double to_ns = 1e9 / kSteps;
+  return {"plant_vs_rk4", got.median, "x bare RK4", 2.0, false,
+          fmt::format("{:.2f} to {:.2f}; a step takes {:.0f} ns, bare {:.0f} ns, with supply, filter and sensors {:.0f} ns; "
+                      "from SUNDIALS at 1e-12: plant {}; bare {}",
+                      got.least, got.most, to_ns * spread(plant_s).median, to_ns * spread(bare_s).median,
+                      to_ns * spread(whole_s).median, apart(by_drive(rk4, true), reference),
+                      apart(by_bare_rk4(true), reference))};
+}
+
+int body(int argc, char** argv) {
+  bool json = false;
+  std::string models = "models/plants";
+  std::vector<std::string> names;
+  for (int k = 1; k < argc; ++k) {
+    const std::string word = argv[k];
+    if (word == "--json") json = true;
+    else if (word == "--models" && k + 1 < argc) models = argv[++k];
+    else names.push_back(word);
+  }
+  pin_to_one_core();
+  for (const std::string& name : names) {
+    if (name == "plant_rtf_averaged") print(averaged(models), json);
+    else if (name == "plant_rtf_switching") print(switching(models), json);
+    else if (name == "plant_vs_rk4") print(against_bare_rk4(), json);
+    else throw Error("usage", "no benchmark is called " + name);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace imrig::bench
+
+int main(int argc, char** argv) { return imrig::run_main("imrig-bench-plant", imrig::bench::body, argc, argv); }
