@@ -15,6 +15,7 @@ namespace {
 constexpr double kLeastSlip = 1e-4;
 constexpr double kCurrentMargin = 0.85;  // of the rig's limit, where the plan says nothing
 constexpr double kSpeedMargin = 0.95;
+constexpr double kSticking = 0.2;  // share of the no-load torque that the bearings hold at rest for certain
 constexpr int kBisections = 48;
 constexpr double kSwing = 3.0;  // rotor and field swing at low frequency; peaks on the emulated 5 hp bench stay below this many times
 
@@ -107,6 +108,23 @@ void forbid(CheckedPoint& checked, const std::string& why) {
 }
 
 std::string told(double x, const char* unit) { return fmt::format("{:.3g} {}", x, unit); }
+
+// The voltage that gives the wanted current at rest; its torque must be well below what the bearings hold.
+void check_locked_sweep(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict, CheckedPoint& checked) {
+  const PlanPoint& point = checked.point;
+  const double limit = limit_or(plan.limits.current_A, rig.limits.current_A, kCurrentMargin);
+  checked.voltage_V = checked.stepped_V = point.level_A / predict(1.0, point.frequency_Hz, 1.0).current_A;
+  checked.current_A = checked.current_peak_A = point.level_A;
+  checked.slip = 1.0;
+  checked.speed_rpm = 0.0;
+  checked.torque_Nm = predict(checked.voltage_V, point.frequency_Hz, 1.0).torque_Nm;
+  const double held_Nm = kSticking * rig.motor.friction_Nm;
+  if (checked.torque_Nm > held_Nm)
+    return forbid(checked, fmt::format("its torque of {} may turn the shaft, whose friction surely holds {}",
+                                       told(checked.torque_Nm, "N m"), told(held_Nm, "N m")));
+  if (checked.current_A > limit)
+    forbid(checked, fmt::format("current {} is above the limit of {}", told(checked.current_A, "A"), told(limit, "A")));
+}
 
 void check_at_rest(const Plan& plan, const RigConfig& rig, CheckedPoint& checked) {
   const PlanPoint& point = checked.point;
@@ -213,6 +231,8 @@ std::vector<CheckedPoint> check_points(const Plan& plan, const RigConfig& rig, c
     checked.stepped_V = checked.voltage_V * (1 + checked.point.step);
     if (checked.point.kind == PointKind::kDc || checked.point.kind == PointKind::kStandstill)
       check_at_rest(plan, rig, checked);
+    else if (checked.point.kind == PointKind::kLockedSweep)
+      check_locked_sweep(plan, rig, predict, checked);
     else
       check_running(plan, rig, predict, checked);
     all.push_back(std::move(checked));

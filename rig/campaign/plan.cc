@@ -22,6 +22,7 @@ struct Named {
   const char* word;
 };
 constexpr Named kKinds[] = {{PointKind::kDc, "dc"},           {PointKind::kStandstill, "standstill"},
+                            {PointKind::kLockedSweep, "locked_sweep"},
                             {PointKind::kStartup, "startup"}, {PointKind::kNoLoad, "no_load"},
                             {PointKind::kSteady, "steady"},   {PointKind::kStep, "step"},
                             {PointKind::kCoastDown, "coast_down"}};
@@ -42,8 +43,8 @@ std::string grid_id(PointKind kind, double f, double v, const std::string& load)
 // Times that a table may set, with the kind's own defaults.
 void read_times(const ConfigReader& table, PlanPoint& point) {
   const bool rests = begins_at_rest(point.kind);
-  point.settle_s = table.number_or("settle_s", rests ? 1.0 : 0.8, {0, 600});
-  point.settle_bound_s = rests ? point.settle_s : table.number_or("settle_bound_s", std::max(3.0, point.settle_s), {0, 3600});
+  point.settle_s = table.number_or("settle_s", rests ? 1.0 : 0.8, {0, 36000});
+  point.settle_bound_s = rests ? point.settle_s : table.number_or("settle_bound_s", std::max(3.0, point.settle_s), {0, 36000});
   if (point.settle_bound_s < point.settle_s)
     table.fail("settle_bound_s", "is shorter than settle_s", "the bound is the longest wait");
   const bool event = point.kind == PointKind::kStep || point.kind == PointKind::kStartup || point.kind == PointKind::kCoastDown;
@@ -116,6 +117,24 @@ class Expansion {
     point.tones.kp_V_per_A = table->number_or("kp_V_per_A", 1.6, {0, 1e4});
     point.tones.ki_V_per_As = table->number_or("ki_V_per_As", 116.0, {0, 1e6});
     add(*table, point);
+  }
+
+  // A turning field too weak to turn the shaft: the locked-rotor test of a motor that nobody locks.
+  void locked_sweep() {
+    const auto table = file_.table_if("locked_sweep");
+    if (!table) return;
+    PlanPoint point;
+    point.kind = PointKind::kLockedSweep;
+    read_times(*table, point);
+    std::vector<double> frequencies = {5, 6, 7, 8, 9, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120};
+    if (table->has("frequencies_Hz")) frequencies = table->numbers("frequencies_Hz", 1, 1000, {0.5, 2000});
+    point.level_A = table->number_or("current_A", 1.5, {1e-3, 1e4});
+    point.ramp_s = table->number_or("ramp_s", 0.3, {0, 60});
+    for (const double f : frequencies) {
+      point.frequency_Hz = f;
+      point.id = fmt::format("locked_f{}", in_id(f));
+      add(*table, point);
+    }
   }
 
   // [grid], [steady], [no_load], [startup], [coast_down]: every frequency with every voltage, and every load where there is one.
@@ -264,7 +283,11 @@ std::string_view point_kind_word(PointKind kind) {
 }
 
 bool begins_at_rest(PointKind kind) {
-  return kind == PointKind::kDc || kind == PointKind::kStandstill || kind == PointKind::kStartup;
+  return stays_at_rest(kind) || kind == PointKind::kStartup;
+}
+
+bool stays_at_rest(PointKind kind) {
+  return kind == PointKind::kDc || kind == PointKind::kStandstill || kind == PointKind::kLockedSweep;
 }
 
 Plan parse_plan(const std::string& text, const std::string& name) {
@@ -279,6 +302,7 @@ Plan parse_plan(const std::string& text, const std::string& name) {
   Expansion expansion(file, plan);
   expansion.dc();
   expansion.standstill();
+  expansion.locked_sweep();
   expansion.grid("startup", PointKind::kStartup);
   expansion.grid("no_load", PointKind::kNoLoad);
   expansion.grid("steady", PointKind::kSteady);
@@ -288,7 +312,7 @@ Plan parse_plan(const std::string& text, const std::string& name) {
   mark_holdouts(file, plan);
   file.finish();
   if (plan.points.empty())
-    throw Error(name, "holds no point", "give it [dc], [standstill], [startup], [no_load], [steady], [grid], [coast_down] or [[point]]");
+    throw Error(name, "holds no point", "give it [dc], [standstill], [locked_sweep], [startup], [no_load], [steady], [grid], [coast_down] or [[point]]");
   plan.hash = fnv1a64(text);
   return plan;
 }

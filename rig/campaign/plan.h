@@ -10,12 +10,13 @@
 
 namespace imrig {
 
-enum class PointKind { kDc, kStandstill, kStartup, kNoLoad, kSteady, kStep, kCoastDown };
+enum class PointKind { kDc, kStandstill, kLockedSweep, kStartup, kNoLoad, kSteady, kStep, kCoastDown };
 
 // The word of record_t.kind.
 std::string_view point_kind_word(PointKind kind);
-// dc, standstill: the shaft rests and the load plays no part. startup begins at rest, coast_down ends there.
+// dc, standstill, locked_sweep: the shaft rests and the load plays no part. startup begins at rest, coast_down ends there.
 bool begins_at_rest(PointKind kind);
+bool stays_at_rest(PointKind kind);
 
 // What load a point asks for: a torque, or a share of the most it can carry.
 struct LoadRequest {
@@ -39,8 +40,8 @@ struct PlanPoint {
   double voltage_percent = 0.0;   // of rated, before the step
   LoadRequest load;
   double step = 0.0;              // relative voltage step of kind step
-  double level_A = 0.0;           // dc
-  double ramp_s = 0.0;            // startup: 0 puts the voltage on at once
+  double level_A = 0.0;           // dc; locked_sweep: peak current wanted
+  double ramp_s = 0.0;            // startup: 0 puts the voltage on at once; locked_sweep
   Tones tones;                    // standstill
   double settle_s = 0.0;          // at least so long between reaching the point and its record
   double settle_bound_s = 0.0;    // and at most so long, whether the estimator calls it steady or not

@@ -189,6 +189,17 @@ Profile standstill_profile(const Travel& travel, const PlanPoint& point) {
   return profile;
 }
 
+Profile locked_sweep_profile(const Travel& travel, const CheckedPoint& checked) {
+  const PlanPoint& point = checked.point;
+  const Operating none{point.frequency_Hz, 0.0}, there{point.frequency_Hz, checked.voltage_V};
+  Profile profile;
+  if (point.ramp_s > 0) profile.segments.push_back(voltage(travel, point.ramp_s, none, there));
+  if (point.settle_s > 0) profile.segments.push_back(voltage(travel, point.settle_s, there, there));
+  profile.segments.push_back(recorded(voltage(travel, point.record_s, there, there)));
+  profile.hold_at_end = false;
+  return profile;
+}
+
 Profile startup_profile(const Travel& travel, const CheckedPoint& checked) {
   const PlanPoint& point = checked.point;
   const Operating there = operating_after(checked);
@@ -210,6 +221,7 @@ Operating operating_after(const CheckedPoint& checked) {
   switch (checked.point.kind) {
     case PointKind::kDc:
     case PointKind::kStandstill:
+    case PointKind::kLockedSweep:
     case PointKind::kCoastDown: return {};
     default: return {checked.point.frequency_Hz, checked.stepped_V};
   }
@@ -223,6 +235,7 @@ Profile record_profile(const Travel& travel, const CheckedPoint& checked) {
   switch (point.kind) {
     case PointKind::kDc: profile = dc_profile(travel, point); break;
     case PointKind::kStandstill: profile = standstill_profile(travel, point); break;
+    case PointKind::kLockedSweep: profile = locked_sweep_profile(travel, checked); break;
     case PointKind::kStartup: profile = startup_profile(travel, checked); break;
     case PointKind::kNoLoad:
     case PointKind::kSteady: profile.segments.push_back(recorded(voltage(travel, point.record_s, before, before))); break;
