@@ -7,13 +7,9 @@
 // aborted, no END, samples missing or of two device boots. A later whole record with the same id replaces the
 // earlier one.
 //
-// Counts to units: x = scale (count - zero). The zeros are the means over the blocks with gates off for at
-// least 50 ms and no encoder motion, from the campaign's DATASET message to its last record (over the whole
-// log where those are fewer than 4000 samples); blocks whose mean stands out (flux still decaying) are
-// dropped. The noise is the scatter within those blocks, never below the converter's own 1/sqrt(12) count.
-// What a DATASET message declares comes before what is measured.
-//
-// Speed: speed_from_counts.h, with samples from outside the record where the log has them without a gap.
+// Counts to units: x = scale (count - zero), per phase. Zeros and noise come from samples with gates off and
+// the shaft at rest (sensor_zero.h); what a DATASET message declares comes before what is measured. Speed:
+// speed_from_counts.h, with samples from outside the record where the log has them without a gap.
 
 #include <string>
 

@@ -45,20 +45,7 @@ RawRecord* RecordCollector::current(std::int32_t number) {
 
 void RecordCollector::add(const imrig_msg::dataset_t& message) {
   datasets_.push_back(message);
-  if (!recent_.empty()) dataset_utime_.try_emplace(recent_.back()->boot_id, message.utime);
-}
-
-SensorZero RecordCollector::zero() const {
-  std::map<std::int64_t, ZeroWindow> windows;
-  for (const auto& record : records_) {
-    for (const auto& block : record->blocks) {
-      const auto [window, first] = windows.try_emplace(block->boot_id);
-      const auto said = dataset_utime_.find(block->boot_id);
-      if (first && said != dataset_utime_.end()) window->second.from_utime = said->second;
-      window->second.to_utime = std::max(window->second.to_utime, block->utime);
-    }
-  }
-  return zero_.result(windows);
+  zero_.campaign_begins(message.utime);
 }
 
 void RecordCollector::add(const imrig_msg::record_t& message) {

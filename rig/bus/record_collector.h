@@ -49,9 +49,7 @@ class RecordCollector {
   }  // in order of their begins
   const std::vector<imrig_msg::dataset_t>& datasets() const { return datasets_; }
   const std::vector<std::string>& remarks() const { return remarks_; }
-  // From the rest that a campaign keeps for the zeros once it has said what it measures (DATASET), to its
-  // last record.
-  SensorZero zero() const;
+  SensorZero zero() const { return zero_.result(); }
   // Samples or an END whose record never began: the log was started too late. Numbers of those records.
   const std::map<std::int32_t, std::int64_t>& without_begin() const { return without_begin_; }
 
@@ -66,7 +64,6 @@ class RecordCollector {
   std::vector<std::string> remarks_;
   std::map<std::int32_t, std::int64_t> without_begin_;
   ZeroCollector zero_;
-  std::map<std::int64_t, std::int64_t> dataset_utime_;  // by boot: rig time of its first DATASET
   std::vector<SampleBlock> recent_;  // contiguous, of whatever record, as many as a margin needs
   std::vector<RawRecord*> want_after_;
 };

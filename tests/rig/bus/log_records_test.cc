@@ -135,6 +135,49 @@ TEST(LogRecords, ZerosTakeNoSamplesOfATurningShaftNorOfFluxThatStillDecays) {
   EXPECT_LT(std::abs(v), 0.03);  // V; a count is 0.2 V, 500 samples of half a count average to 0.005 V
 }
 
+// After DC tests most of the samples with gates off show decaying flux: the rest before them is what counts.
+TEST(LogRecords, ZerosPreferTheCampaignsOwnRestToDecayingFluxAfterIt) {
+  const Folder folder;
+  CampaignLog log(folder / "a.lcm");
+  log.noise = 0.5;
+  log.rest(0.2);
+  imrig_msg::dataset_t facts = dataset();
+  facts.utime = static_cast<std::int64_t>(1e6 * log.now_s());
+  log.write(channel::kDataset, facts);
+  log.rest(0.3);
+  for (int k = 1; k <= 5; ++k) {
+    log.voltage_V = [](double) { return SpaceVector(); };
+    log.take(k, std::string("dc_").append(std::to_string(k)), 1000);
+    const double open = log.now_s();
+    log.voltage_V = [open](double t) { return SpaceVector(3.0 * std::exp(-(t - open) / 0.4)); };
+    log.rest(1.0);
+  }
+  log.close();
+  const DataSet data = read_log(folder / "a.lcm");
+  SpaceVector v;
+  for (const auto& x : data.records[0].series.v) v += x / 1000.0;
+  EXPECT_LT(std::abs(v), 0.03);  // V; the decaying flux would make 0.5 V
+  EXPECT_THAT(data.notes, Contains(HasSubstr("sensor zeros from 5000 samples")));
+}
+
+TEST(LogRecords, WithoutACampaignsRestZerosWaitUntilFluxHasDecayed) {
+  const Folder folder;
+  CampaignLog log(folder / "a.lcm");
+  log.noise = 0.5;
+  for (int k = 1; k <= 3; ++k) {
+    log.voltage_V = [](double) { return SpaceVector(); };
+    log.take(k, std::string("dc_").append(std::to_string(k)), 1000);
+    const double open = log.now_s();
+    log.voltage_V = [open](double t) { return SpaceVector(3.0 * std::exp(-(t - open) / 0.4)); };
+    log.rest(2.5);
+  }
+  log.close();
+  const DataSet data = read_log(folder / "a.lcm");
+  SpaceVector v;
+  for (const auto& x : data.records[0].series.v) v += x / 1000.0;
+  EXPECT_LT(std::abs(v), 0.05);
+}
+
 TEST(LogRecords, NoiseBelowOneCountIsNeverTakenForNone) {
   const Folder folder;
   CampaignLog log(folder / "a.lcm");
