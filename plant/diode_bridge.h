@@ -17,6 +17,7 @@ class DiodeBridge {
 
   explicit DiodeBridge(double dc_link_V) : half_V_(0.5 * dc_link_V) {}
 
+  void set_dc_link_V(double dc_link_V) { half_V_ = 0.5 * dc_link_V; }
   // The gates have just opened while i_s flows.
   void take_over(std::complex<double> i_s);
   Terminals terminals() const;

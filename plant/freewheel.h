@@ -19,6 +19,7 @@ class Freewheel {
   void take_over(State& x);
   // fresh as in Integrator.
   void advance(State& x, double duration_s, VoltageFilter& filter, bool fresh);
+  void set_dc_link_V(double dc_link_V) { bridge_.set_dc_link_V(dc_link_V); }
   const DiodeBridge& bridge() const { return bridge_; }
 
  private:

@@ -4,20 +4,27 @@
 #include <cmath>
 #include <numbers>
 
+#include "plant/dc_link.h"
 #include "plant/drive.h"
+#include "plant/effects/inverter_dead_time.h"
 #include "plant/excitation_supply.h"
 #include "plant/freewheel.h"
 #include "plant/integrator.h"
 #include "plant/inverter.h"
+#include "plant/noise.h"
 #include "plant/plant_config.h"
 #include "plant/powers.h"
 #include "plant/sensors.h"
+#include "plant/switching_inverter.h"
 #include "plant/voltage_filter.h"
 
 namespace imrig::plant {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
+
+constexpr double kShortest_s = 1e-12;  // what is left of a step is rounding
+constexpr std::uint64_t kJitterStream = 0xd1b54a32d192ed03ull;
 
 double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
@@ -31,21 +38,40 @@ bool usable(const InverterCommand& command) {
          std::isfinite(command.v[2]);
 }
 
+std::int64_t carrier_ns(const PlantConfig& c) {
+  return c.inverter.carrier_ns > 0 ? c.inverter.carrier_ns : c.pwm_time_ns;
+}
+
+double dead_time_s(const PlantConfig& c) {
+  for (const auto& effect : c.effects) {
+    if (const auto* dead = dynamic_cast<const InverterDeadTime*>(effect.get())) return dead->dead_time_s();
+  }
+  return 0.0;
+}
+
 }  // namespace
 
 struct Plant::Parts {
   PlantConfig config;
+  double clock;  // true seconds in a second of the converters' clock
   double sample_s;
   Drive drive;
   std::unique_ptr<Integrator> integrator;
   Freewheel freewheel;
+  DcLink link;
+  SwitchingInverter switching;
   VoltageFilter filter;
   ExcitationSupply supply;
   Sensors sensors;
+  Noise jitter;
   State x;
   std::int64_t index = 0;
   std::int64_t turns = 0;
   std::int64_t supply_period;  // in samples
+  double late_s = 0.0;         // of the last sample, jitter
+  double start_late_s = 0.0;   // of the sample before it
+  double step_s = 0.0;         // true length of this step
+  double drawn_W = 0.0;        // from the link over the last step
   bool gates_on = false;
   bool fresh = true;  // as in Integrator
   Observed observed;
@@ -53,20 +79,34 @@ struct Plant::Parts {
 
   explicit Parts(const PlantConfig& c)
       : config(checked(c)),
-        sample_s(seconds(c.sample_time_ns)),
+        clock(1.0 + 1e-6 * c.sensors.clock_ppm),
+        sample_s(seconds(c.sample_time_ns) * clock),
         drive(config),
         integrator(make_integrator(config.integrator, drive)),
         freewheel(config.inverter.dc_link_V, drive, *integrator),
+        link(config.inverter),
+        switching(seconds(carrier_ns(c)) * clock, dead_time_s(c)),
         filter(config.sensors.voltage_filter_s),
         supply(config.supply),
         sensors(config.sensors, config.seed),
+        jitter(config.seed ^ kJitterStream),
         x(drive.initial()),
         supply_period(config.pwm_time_ns / config.sample_time_ns) {
+    if (switches()) drive.cycle_s = 0.0;
     freewheel.take_over(x);
     drive.terminals = freewheel.bridge().terminals();
     observe();
   }
 
+  bool switches() const { return config.inverter.kind == InverterConfig::Kind::kSwitching; }
+  void feed_link();
+  double draw_step();
+  SpaceVector within_limit(SpaceVector asked_V) const;
+  double modulator_V() const {
+    return config.inverter.link_compensated ? link.voltage_V() : config.inverter.dc_link_V;
+  }
+  void advance(SpaceVector v, double duration_s);
+  void switch_legs(SpaceVector asked_V);
   void excite();
   void drive_with(SpaceVector asked_V);
   void run_down();
@@ -82,22 +122,65 @@ void Plant::Parts::excite() {
   fresh = fresh || drive.field_V != before;
 }
 
-void Plant::Parts::drive_with(SpaceVector asked_V) {
-  const Terminals held{Terminals::Kind::kInverter, averaged_inverter(asked_V, config.inverter.dc_link_V),
-                       1.0};
+void Plant::Parts::feed_link() {
+  link.step(static_cast<double>(index) * sample_s, sample_s, drawn_W);
+  if (link.stiff()) return;
+  drive.dc_link_V = link.voltage_V();
+  freewheel.set_dc_link_V(drive.dc_link_V);
+  fresh = true;
+}
+
+// The true length of the step: from one sampling instant, early or late, to the next.
+double Plant::Parts::draw_step() {
+  const double sigma_s = config.sensors.clock_jitter_s;
+  if (sigma_s <= 0.0) return sample_s;
+  const double before_s = late_s;
+  late_s = std::clamp(sigma_s * jitter.normal(), -0.25 * sample_s, 0.25 * sample_s);
+  return sample_s + late_s - before_s;
+}
+
+SpaceVector Plant::Parts::within_limit(SpaceVector asked_V) const {
+  return config.inverter.limit == InverterConfig::Limit::kHexagon ? within_hexagon(asked_V, modulator_V())
+                                                                  : within_circle(asked_V, modulator_V());
+}
+
+// A stretch at the inverter's voltage v; only an effect can make it move on the way to the terminals.
+void Plant::Parts::advance(SpaceVector v, double duration_s) {
+  const Terminals held{Terminals::Kind::kInverter, v, 1.0};
   fresh = fresh || !gates_on || drive.terminals.v_s != held.v_s;
   gates_on = true;
   drive.terminals = held;
-  // Only an effect can make the voltage move within the step.
   const bool moves = !drive.effects().applied_voltage().empty();
   const SpaceVector start = moves ? drive.flow(x).at.v_s : held.v_s;
-  integrator->advance(x, sample_s, fresh);
-  filter.advance(start, moves ? drive.flow(x).at.v_s : held.v_s, sample_s);
+  integrator->advance(x, duration_s, fresh);
+  const SpaceVector end = moves ? drive.flow(x).at.v_s : held.v_s;
+  filter.advance(start, end, duration_s);
+  observed.v_mean += 0.5 * (start + end) * (duration_s / step_s);
+  fresh = false;
+}
+
+void Plant::Parts::switch_legs(SpaceVector asked_V) {
+  if (!gates_on) switching.release();
+  const auto into_ns = index * config.sample_time_ns % carrier_ns(config);
+  switching.anchor(seconds(into_ns) * clock + start_late_s);
+  for (double left_s = step_s; left_s > kShortest_s;) {
+    switching.act(asked_V, modulator_V(), phases(drive.stator_current(x)));
+    const double stretch_s = std::min(left_s, switching.until_next_s());
+    if (stretch_s > kShortest_s) advance(switching.voltage(link.voltage_V()), stretch_s);
+    switching.pass(stretch_s);
+    left_s -= stretch_s;
+  }
+}
+
+void Plant::Parts::drive_with(SpaceVector asked_V) {
+  observed.v_mean = 0.0;
+  if (switches()) return switch_legs(within_limit(asked_V));
+  advance(within_limit(asked_V) * (link.voltage_V() / modulator_V()), step_s);
 }
 
 void Plant::Parts::run_down() {
   if (gates_on) freewheel.take_over(x);
-  freewheel.advance(x, sample_s, filter, fresh || gates_on);
+  freewheel.advance(x, step_s, filter, fresh || gates_on);
   gates_on = false;
 }
 
@@ -122,6 +205,9 @@ void Plant::Parts::observe() {
   observed.torque_Nm = at.torque_Nm;
   observed.load_Nm = -flow.generator.shaft_Nm;
   observed.drag_Nm = at.drag_Nm;
+  const double through_shaft_Nm = at.coupling.rigid ? -at.generator_Nm : -at.coupling.torque_on_motor_Nm;
+  observed.transducer_Nm = config.sensors.torque_gain * through_shaft_Nm + config.sensors.torque_offset_Nm;
+  observed.dc_link_V = drive.dc_link_V;
   observed.rotor_C = at.temperature.rotor_C, observed.iron_C = at.temperature.iron_C;
   observed.w_mech_rad_s = at.w_mech;
   observed.speed_rpm = rpm_of_rad_s(at.w_mech);
@@ -148,7 +234,11 @@ Plant& Plant::operator=(Plant&&) noexcept = default;
 
 RawSample Plant::step(const InverterCommand& command) {
   Parts& p = *parts_;
+  p.feed_link();
   p.excite();
+  p.start_late_s = p.late_s;
+  p.step_s = p.draw_step();
+  const SpaceVector i_before = p.observed.i_s;
   if (usable(command)) {
     p.drive_with(space_vector(command.v[0], command.v[1], command.v[2]));
   } else {
@@ -157,6 +247,8 @@ RawSample Plant::step(const InverterCommand& command) {
   p.count_turns();
   ++p.index;
   p.observe();
+  const SpaceVector i_mean = 0.5 * (i_before + p.observed.i_s);
+  p.drawn_W = power_W(p.gates_on ? p.observed.v_mean : p.observed.v_s, i_mean);
   return p.sample();
 }
 

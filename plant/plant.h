@@ -16,8 +16,8 @@ struct PlantConfig;
 struct Powers;
 
 // Phase voltages against the star point in V, held over the step; a common part is without effect. They are
-// limited to the circle of radius V_dc/sqrt(3). With gates_on false all six switches are open and the
-// freewheeling diodes decide.
+// limited to the circle of radius V_dc/sqrt(3) or to the hexagon. With gates_on false all six switches are
+// open and the freewheeling diodes decide.
 struct InverterCommand {
   double v[3] = {0.0, 0.0, 0.0};
   bool gates_on = false;
@@ -45,19 +45,22 @@ struct SensorScale {
 // The true state at the end of the last step, for tests and reports; no sensor sees it. Stator frame,
 // amplitude-invariant vectors, T circuit.
 struct Observed {
-  std::int64_t index = 0;    // steps made
-  std::complex<double> v_s;  // V, at the motor's terminals, as held over the step (gates off: at its end)
+  std::int64_t index = 0;       // steps made
+  std::complex<double> v_s;     // V, at the motor's terminals, as held over the step (gates off: at its end)
+  std::complex<double> v_mean;  // V, mean over the step while the gates are on
+  double dc_link_V = 0.0;       // over the step
   std::complex<double> i_s, i_r;      // A, into the winding
   std::complex<double> psi_s, psi_r;  // Wb
   double torque_Nm = 0.0;             // air-gap torque of the motor
   double load_Nm = 0.0;               // the generator's braking torque (positive against positive speed)
   double drag_Nm = 0.0;               // friction, against the motion
+  double transducer_Nm = 0.0;  // what a torque transducer between motor and load shows, its errors included
   double w_mech_rad_s = 0.0;
   double speed_rpm = 0.0;
   double angle_rad = 0.0;  // of the shaft, [0, 2 pi)
   std::int64_t turns = 0;
   double generator_i_d_A = 0.0, generator_i_q_A = 0.0, field_A = 0.0, field_V = 0.0;
-  double stator_C = 0.0;             // as the thermocouple has it
+  double stator_C = 0.0;               // as the thermocouple has it
   double rotor_C = 0.0, iron_C = 0.0;  // as the effects have it
 };
 

@@ -45,6 +45,25 @@ MechanicsConfig read_mechanics(const ConfigReader& table) {
   return mechanics;
 }
 
+InverterConfig read_inverter(const ConfigReader& table) {
+  InverterConfig v;
+  v.dc_link_V = table.number("dc_link_V", {1.0, 1e5});
+  v.kind = table.choice_or("kind", {"averaged", "switching"}, "averaged") == "switching"
+               ? InverterConfig::Kind::kSwitching
+               : InverterConfig::Kind::kAveraged;
+  v.limit = table.choice_or("limit", {"circle", "hexagon"}, "circle") == "hexagon"
+                ? InverterConfig::Limit::kHexagon
+                : InverterConfig::Limit::kCircle;
+  v.carrier_ns = table.integer_or("carrier_ns", v.carrier_ns, {0.0, 1e8});
+  v.link_compensated = table.boolean_or("link_compensated", v.link_compensated);
+  v.source_ohm = table.number_or("source_ohm", v.source_ohm, {0.0, 1e3});
+  v.capacitor_F = table.number_or("capacitor_F", v.capacitor_F, {0.0, 10.0});
+  v.ripple_V = table.number_or("ripple_V", v.ripple_V, {0.0, 1e4});
+  v.ripple_Hz = table.number_or("ripple_Hz", v.ripple_Hz, {0.0, 1e5});
+  v.brake_V = table.number_or("brake_V", v.brake_V, {0.0, 1e6});
+  return v;
+}
+
 GeneratorConfig read_generator(const ConfigReader& table) {
   GeneratorConfig g;
   g.coupled = table.boolean_or("coupled", g.coupled);
@@ -82,6 +101,11 @@ SensorsConfig read_sensors(const ConfigReader& table) {
   s.encoder_counts_per_rev =
       static_cast<int>(table.integer_or("encoder_counts_per_rev", s.encoder_counts_per_rev, {1, 1 << 24}));
   s.stator_C = table.number_or("stator_C", s.stator_C, {-60.0, 400.0});
+  s.encoder_loss = table.number_or("encoder_loss", s.encoder_loss, {0.0, 1.0});
+  s.clock_ppm = table.number_or("clock_ppm", s.clock_ppm, {-1e4, 1e4});
+  s.clock_jitter_s = table.number_or("clock_jitter_s", s.clock_jitter_s, {0.0, 1e-4});
+  s.torque_gain = table.number_or("torque_gain", s.torque_gain, {0.1, 10.0});
+  s.torque_offset_Nm = table.number_or("torque_offset_Nm", s.torque_offset_Nm, {-1e4, 1e4});
   return s;
 }
 
@@ -113,8 +137,7 @@ PlantConfig read(const ConfigReader& root) {
   c.integrator = read_integrator(root);
   c.machine = read_motor(root.table("motor"));
   if (const auto table = root.table_if("mechanics")) c.mechanics = read_mechanics(*table);
-  if (const auto table = root.table_if("inverter"))
-    c.inverter.dc_link_V = table->number("dc_link_V", {1.0, 1e5});
+  if (const auto table = root.table_if("inverter")) c.inverter = read_inverter(*table);
   if (const auto table = root.table_if("generator")) c.generator = read_generator(*table);
   if (const auto table = root.table_if("supply")) c.supply = read_supply(*table);
   if (const auto table = root.table_if("sensors")) c.sensors = read_sensors(*table);
@@ -173,6 +196,12 @@ void validate(const PlantConfig& c) {
   check_rate(c, "generator", ((g.R_a_ohm + g.R_load_ohm) * g.L_field_H + g.R_field_ohm * g.L_s_H) / G);
   if (c.sample_time_ns <= 0 || c.pwm_time_ns < c.sample_time_ns || c.pwm_time_ns % c.sample_time_ns != 0) {
     throw Error("pwm_time_ns", "is no whole multiple of sample_time_ns");
+  }
+  const InverterConfig& v = c.inverter;
+  if (v.carrier_ns != 0 && v.carrier_ns < 1000) throw Error("inverter", "carrier_ns is below a microsecond");
+  if (!(v.ripple_V < 0.9 * v.dc_link_V)) throw Error("inverter", "ripple_V leaves no DC link voltage");
+  if (v.brake_V != 0.0 && !(v.brake_V > v.dc_link_V)) {
+    throw Error("inverter", "brake_V is not above dc_link_V", "0 for no brake chopper");
   }
   const SensorsConfig& s = c.sensors;
   if (!(s.voltage_filter_s >= 0.0 && s.current_range_A > 0.0 && s.voltage_range_V > 0.0)) {

@@ -28,13 +28,23 @@ MachineConfig machine_of_inverse_gamma(double R_s_ohm, double R_r_ohm, double L_
                                        int pole_pairs);
 
 struct MechanicsConfig {
-  double J_kgm2 = 0.047;  // motor, coupling and generator
-  bool locked = false;    // the shaft is held
+  double J_kgm2 = 0.047;                 // motor, coupling and generator
+  bool locked = false;                   // the shaft is held
   std::optional<double> held_speed_rpm;  // a stiff drive holds the shaft at this speed
 };
 
 struct InverterConfig {
-  double dc_link_V = 400.0;
+  enum class Kind { kAveraged, kSwitching };  // mean of a cycle, or every switching instant
+  enum class Limit { kCircle, kHexagon };     // what is asked beyond it is clipped (plant/inverter.h)
+  double dc_link_V = 400.0;                   // nominal
+  Kind kind = Kind::kAveraged;
+  Limit limit = Limit::kCircle;
+  std::int64_t carrier_ns = 0;    // cycle of the switching inverter; 0: the PWM time
+  bool link_compensated = false;  // duties follow the link's true voltage, not its nominal one
+  // The link (plant/dc_link.h); all zero: stiff.
+  double source_ohm = 0.0, capacitor_F = 0.0;
+  double ripple_V = 0.0, ripple_Hz = 360.0;  // amplitude; six-pulse rectifier at 60 Hz
+  double brake_V = 0.0;                      // the brake chopper lets the link rise no further; 0: none
 };
 
 // Round-rotor synchronous generator with field winding on a resistor box (star); same shaft. dq model in the
@@ -72,6 +82,10 @@ struct SensorsConfig {
   double voltage_filter_s = 160e-6;
   int encoder_counts_per_rev = 4096;
   double stator_C = 25.0;
+  double encoder_loss = 0.0;    // probability that a count is missed
+  double clock_ppm = 0.0;       // the converters' clock is slow by so much: steps are longer
+  double clock_jitter_s = 0.0;  // one sigma of each sampling instant, within a quarter step
+  double torque_gain = 1.0, torque_offset_Nm = 0.0;  // transducer in the shaft, seen in Observed only
 };
 
 struct IntegratorConfig {

@@ -1,7 +1,11 @@
 #include "plant/effects/registry.h"
 
+#include "plant/effects/broken_bar_reader.h"
 #include "plant/effects/friction.h"
+#include "plant/effects/inverter_dead_time_reader.h"
 #include "plant/effects/saturation_reader.h"
+#include "plant/effects/stator_unbalance_reader.h"
+#include "plant/effects/supply_unbalance_reader.h"
 #include "rig/base/config_reader.h"
 
 namespace imrig::plant {
@@ -27,6 +31,14 @@ const std::vector<EffectEntry>& effect_registry() {
       {"cross_saturation", "teeth carry main and leakage flux together, so that torque current magnetizes less",
        read_cross_saturation, "", "saturated_ratio = 0.1\nknee_Wb = 0.35\nleakage_share = 1.0"},
       {"friction", "bearings brake the shaft with a constant and a speed-proportional torque", read_friction},
+      {"supply_unbalance", "the phases of the supply differ in voltage", read_supply_unbalance, "",
+       "gain_a = 0.05\ngain_b = -0.05"},
+      {"inverter_dead_time", "dead time, switches and diodes take a part of each phase's voltage against its current",
+       read_inverter_dead_time, "", "dead_time_s = 4e-6\ndrop_V = 1.5\ndrop_ohm = 0.05"},
+      {"stator_unbalance", "the phases of the stator's winding differ in resistance", read_stator_unbalance, "",
+       "extra_a = 0.5"},
+      {"broken_bar", "broken bars make the cage's resistance asymmetric, and turn with it", read_broken_bar, "",
+       "bars = 28\nbroken = 2"},
   };
   return registry;
 }
