@@ -87,6 +87,7 @@ class EstimatorProcess {
     ack.read_index = read_index_;
     ack.lost_blocks = lost_blocks_;
     ack.process = heartbeat_t::ESTIMATOR;
+    ack.pid = static_cast<std::int32_t>(::getpid());
     publish(bus_, channel::kAck, ack);
   }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <imrig_msg/ack_t.hpp>
 #include <map>
+#include <utility>
 
 namespace imrig {
 
@@ -30,7 +31,7 @@ class CreditKeeper {
   std::int64_t window_;
   std::int64_t boot_id_ = 0;
   std::int64_t horizon_ = 0;
-  std::map<std::int32_t, Follower> followers_;  // by heartbeat_t's constants
+  std::map<std::pair<std::int32_t, std::int32_t>, Follower> followers_;  // by process (heartbeat_t's constants) and pid
 };
 
 }  // namespace imrig

@@ -32,7 +32,6 @@ class Replay {
     const auto event = entry.at("event").get<std::string>();
     if ((event == "start") != first) throw json::other_error::create(501, "start line out of place", nullptr);
     if (event == "start") start(entry);
-    if (event == "resume") part(entry);
     if (event == "begun") number(entry);
     if (event == "point") point(entry);
     if (event == "withdrawn") withdraw(entry.at("id").get<std::string>());
@@ -47,7 +46,6 @@ class Replay {
     id.rig_hash = hash(entry, "rig_hash");
     id.plant_hash = hash(entry, "plant_hash");
     id.points = entry.at("points").get<int>();
-    part(entry);
   }
 
   static std::uint64_t hash(const json& entry, const char* key) {
@@ -55,12 +53,6 @@ class Replay {
     if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
       throw json::other_error::create(501, "bad hash", nullptr);
     return std::stoull(text, nullptr, 16);
-  }
-
-  void part(const json& entry) {
-    const int found = entry.at("part").get<int>();
-    if (found < 0 || found > 999999) throw json::other_error::create(501, "bad part", nullptr);
-    state_.next_part = std::max(state_.next_part, found + 1);
   }
 
   void number(const json& entry) {
@@ -95,6 +87,11 @@ int open_for_append(const std::string& path, int flags) {
 
 std::string journal_path(const std::string& folder) { return folder + "/journal.jsonl"; }
 std::string log_part_path(const std::string& folder, int part) { return fmt::format("{}/log-{:03}.lcm", folder, part); }
+int count_log_parts(const std::string& folder) {
+  int part = 0;
+  while (std::filesystem::exists(log_part_path(folder, part))) ++part;
+  return part;
+}
 bool has_journal(const std::string& folder) { return std::filesystem::exists(journal_path(folder)); }
 
 JournalState read_journal(const std::string& folder) {
@@ -134,8 +131,8 @@ void require_same(const JournalIdentity& then, const JournalIdentity& now, const
   if (then.points != now.points) changed("the number of feasible points");
 }
 
-Journal Journal::begin(const std::string& folder, const JournalIdentity& id) {
-  Journal journal(open_for_append(journal_path(folder), O_CREAT | O_EXCL), 0);
+Journal Journal::begin(const std::string& folder, const JournalIdentity& id, int part) {
+  Journal journal(open_for_append(journal_path(folder), O_CREAT | O_EXCL), part);
   journal.write_line(json{{"event", "start"},
                           {"version", 1},
                           {"plan", id.plan},
@@ -143,14 +140,14 @@ Journal Journal::begin(const std::string& folder, const JournalIdentity& id) {
                           {"rig_hash", in_hex(id.rig_hash)},
                           {"plant_hash", in_hex(id.plant_hash)},
                           {"points", id.points},
-                          {"part", 0}}
+                          {"part", part}}
                          .dump());
   flush_folder(folder);
   return journal;
 }
 
-Journal Journal::resume(const std::string& folder, const JournalState& state) {
-  Journal journal(open_for_append(journal_path(folder), 0), state.next_part);
+Journal Journal::resume(const std::string& folder, const JournalState& state, int part) {
+  Journal journal(open_for_append(journal_path(folder), 0), part);
   if (::ftruncate(journal.fd_, state.whole_bytes) != 0)
     throw Error(journal_path(folder), std::string("cannot be cut to its last whole line: ") + std::strerror(errno));
   journal.write_line(json{{"event", "resume"}, {"part", journal.part_}}.dump());

@@ -32,7 +32,6 @@ struct DonePoint {
 struct JournalState {
   JournalIdentity identity;
   std::vector<DonePoint> done;   // withdrawn ones left out
-  int next_part = 0;
   int highest_number = 0;        // highest record number ever begun
   std::int64_t whole_bytes = 0;  // length up to and including the last whole line
   bool began = false;            // its start line is whole; if not, nothing was ever done: remove the file and begin anew
@@ -41,6 +40,8 @@ struct JournalState {
 
 std::string journal_path(const std::string& folder);
 std::string log_part_path(const std::string& folder, int part);
+// How many parts there are; the next one has this number. A part may be there without a line in the journal: a crash between the two.
+int count_log_parts(const std::string& folder);
 bool has_journal(const std::string& folder);
 
 // Throws Error: unreadable, or a bad line that is not the last.
@@ -51,8 +52,8 @@ void require_same(const JournalIdentity& then, const JournalIdentity& now, const
 class Journal {
  public:
   // Begins a new journal (folder must exist, no journal in it), or goes on with one: cuts the torn tail, notes the new log part.
-  static Journal begin(const std::string& folder, const JournalIdentity& identity);
-  static Journal resume(const std::string& folder, const JournalState& state);
+  static Journal begin(const std::string& folder, const JournalIdentity& identity, int part = 0);
+  static Journal resume(const std::string& folder, const JournalState& state, int part);
   Journal(Journal&& other) noexcept;
   Journal& operator=(Journal&&) = delete;
   ~Journal();

@@ -1,7 +1,6 @@
 #include "rig/campaign/log_scan.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <imrig_msg/record_t.hpp>
 #include <imrig_msg/samples_t.hpp>
 #include <map>
@@ -52,14 +51,12 @@ class Scanner {
 
 }  // namespace
 
-LogScan scan_log_parts(const std::string& folder, int parts, const std::string& prefix) {
+LogScan scan_log_parts(const std::string& folder, const std::string& prefix) {
   LogScan scan;
   Scanner scanner(scan, prefix);
-  for (int part = 0; part < parts; ++part) {
-    const std::string path = log_part_path(folder, part);
-    if (!std::filesystem::exists(path)) continue;
+  for (int part = 0; part < count_log_parts(folder); ++part) {
     try {
-      scanner.part(path, part);
+      scanner.part(log_part_path(folder, part), part);
     } catch (const Error&) {
       continue;  // killed before the first event was written
     }

@@ -14,6 +14,6 @@ struct LogScan {
   int highest_number = 0;        // of any record ever begun
 };
 
-LogScan scan_log_parts(const std::string& folder, int parts, const std::string& prefix);
+LogScan scan_log_parts(const std::string& folder, const std::string& prefix);
 
 }  // namespace imrig

@@ -304,6 +304,7 @@ struct Runner::State {
     ack.read_index = read_index;
     ack.lost_blocks = view.watch.lost_blocks();
     ack.process = heartbeat_t::CAMPAIGN;
+    ack.pid = c.pid;
     out.emit(ack);
   }
 
@@ -386,7 +387,8 @@ void Runner::on(const lease_t& message, Moment now) {
 }
 
 void Runner::on(const ack_t& message, Moment now) {
-  if (message.process != heartbeat_t::RECORDER) return;
+  const std::int32_t ours = s_->c.recorder_pid;
+  if (message.process != heartbeat_t::RECORDER || (ours != 0 && message.pid != ours)) return;
   s_->view.recorder = message;
   s_->view.recorder_us = now.steady_us;
 }

@@ -37,6 +37,7 @@ struct RunnerConfig {
   std::int64_t instance = 1;          // of the heartbeat
   std::int32_t pid = 0;
   bool needs_recorder = true;         // wait for a recorder's acknowledgements
+  std::int32_t recorder_pid = 0;      // of the campaign's own recorder; 0: any
 };
 
 enum class RunnerEnd { kRunning, kDone, kStopped, kTripped, kFailed };

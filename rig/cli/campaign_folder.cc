@@ -27,7 +27,7 @@ bool is_campaign_folder(const std::string& path) { return std::filesystem::is_re
 DataSet read_campaign_folder(const std::string& path) {
   std::optional<DataSet> all;
   std::vector<std::string> unreadable;
-  for (int part = 0; std::filesystem::exists(log_part_path(path, part)); ++part) {
+  for (int part = 0; part < count_log_parts(path); ++part) {
     try {
       DataSet next = read_log(log_part_path(path, part));
       if (all) {

@@ -79,7 +79,7 @@ Past read_past(const std::string& folder, const std::string& prefix) {
   Past past;
   past.state = read_journal(folder);
   if (!past.state.began) return past;
-  const LogScan scan = scan_log_parts(folder, past.state.next_part, prefix);
+  const LogScan scan = scan_log_parts(folder, prefix);
   past.highest_number = std::max(scan.highest_number, past.state.highest_number);
   const auto in = [](const std::vector<DonePoint>& list, const std::string& id) {
     return std::any_of(list.begin(), list.end(), [&](const DonePoint& p) { return p.id == id; });
@@ -137,6 +137,7 @@ class Campaign {
     if (request_.resume) past_ = read_past(request_.folder, rig_.bus.prefix);
     if (past_.state.began) require_same(past_.state.identity, identity(), request_.folder);
     FreshFolder folder(request_.folder, !request_.resume);
+    part_ = count_log_parts(request_.folder);
     std::vector<CheckedPoint> left;
     for (const CheckedPoint& p : checked_.in_order)
       if (!past_.done(p.point.id)) left.push_back(p);
@@ -144,13 +145,13 @@ class Campaign {
     if (left.empty()) {
       open_journal().ended("done", "");
       result.end = "done";
+      result.points_done = static_cast<int>(checked_.in_order.size());
     } else {
       copy_inputs();
       measure(std::move(left), folder, result);
     }
     result.points_total = static_cast<int>(checked_.in_order.size());
     result.points_infeasible = static_cast<int>(checked_.infeasible.size());
-    if (left.empty() && result.end == "done" && result.points_done == 0) result.points_done = result.points_total;
     result.folder = request_.folder;
     result.wall_s = 1e-6 * static_cast<double>(monotonic_us() - began_us);
     return result;
@@ -166,14 +167,12 @@ class Campaign {
     if (!request_.rig_path.empty()) write_text_atomically(request_.folder + "/rig.toml", read_text(request_.rig_path));
   }
 
-  int part() const { return past_.state.began ? past_.state.next_part : 0; }
-
   Journal open_journal() {
     if (!past_.state.began) {
       fs::remove(journal_path(request_.folder));  // at most a torn first line
-      return Journal::begin(request_.folder, identity());
+      return Journal::begin(request_.folder, identity(), part_);
     }
-    Journal journal = Journal::resume(request_.folder, past_.state);
+    Journal journal = Journal::resume(request_.folder, past_.state, part_);
     for (const std::string& id : past_.withdrawn) journal.point_withdrawn(id, "its record is not whole in the log");
     for (const DonePoint& p : past_.recovered) journal.point_done(p, true);
     return journal;
@@ -190,11 +189,11 @@ class Campaign {
     r.seed = request_.seed;
     r.private_ports = !request_.plant_path.empty() && request_.rig_path.empty();
     r.rig_runs = request_.plant_path.empty();
-    r.recorder_out = log_part_path(request_.folder, part());
+    r.recorder_out = log_part_path(request_.folder, part_);
     return r;
   }
 
-  RunnerConfig runner_config(std::vector<CheckedPoint> left) const {
+  RunnerConfig runner_config(std::vector<CheckedPoint> left, const RigProcesses& rig) const {
     RunnerConfig c;
     c.rig = rig_;
     c.plan = plan_;
@@ -206,6 +205,7 @@ class Campaign {
     c.holder = random_id();
     c.instance = random_id();
     c.pid = static_cast<std::int32_t>(::getpid());
+    c.recorder_pid = rig.pid_of("imrig-recorder");
     return c;
   }
 
@@ -217,7 +217,7 @@ class Campaign {
       return;
     }
     const auto bus = open_lcm_bus(rig.rig().bus);
-    Runner runner(runner_config(std::move(left)));
+    Runner runner(runner_config(std::move(left), rig));
     Journal journal = open_journal();
     folder.keep();
     Progress progress(static_cast<int>(checked_.in_order.size()));
@@ -242,6 +242,7 @@ class Campaign {
   std::uint64_t plant_hash_ = 0;
   CheckedPlan checked_;
   Past past_;
+  int part_ = 0;  // of the event log that this run writes
 };
 
 }  // namespace

@@ -135,8 +135,10 @@ class Recorder {
 
   void acknowledge() {
     const bool hold = writer_.waiting_bytes() > kHoldBytes;
-    if (const auto ack = acks_.due(monotonic_us(), hold, lost_, writer_.flushed_record()))
-      publish(*bus_, channel::kAck, *ack);
+    auto ack = acks_.due(monotonic_us(), hold, lost_, writer_.flushed_record());
+    if (!ack) return;
+    ack->pid = static_cast<std::int32_t>(::getpid());
+    publish(*bus_, channel::kAck, *ack);
   }
 
   void beat() {

@@ -37,6 +37,8 @@ class RigProcesses {
   const RigConfig& rig() const { return request_.rig; }
   const std::vector<std::unique_ptr<ChildProcess>>& children() const { return children_; }
 
+  pid_t pid_of(const std::string& program) const;  // 0: not among them
+
   // One sentence about a process that has ended by itself, empty while all run.
   std::string fallen();
   // In reverse order. Names of those that had to be killed.

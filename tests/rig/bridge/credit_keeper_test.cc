@@ -35,6 +35,18 @@ TEST(CreditKeeper, SlowestLiveFollowerSetsTheHorizon) {
   EXPECT_EQ(keeper.horizon(800, 30), 1500);
 }
 
+TEST(CreditKeeper, TwoRecordersAreTwoFollowers) {
+  CreditKeeper keeper(1000);
+  keeper.new_boot(9, 0);
+  imrig_msg::ack_t slow = ack(kRecorder, 100);
+  slow.pid = 1;
+  imrig_msg::ack_t fast = ack(kRecorder, 700);
+  fast.pid = 2;
+  keeper.on_ack(slow, 0);
+  keeper.on_ack(fast, 1);
+  EXPECT_EQ(keeper.horizon(800, 10), 1100);
+}
+
 TEST(CreditKeeper, HorizonNeverFalls) {
   CreditKeeper keeper(1000);
   keeper.new_boot(9, 0);

@@ -288,6 +288,14 @@ TEST_F(RunnerTest, MissingPartsOfTheRigAreToldByName) {
   EXPECT_THAT(no_dsp.end_reason(), HasSubstr("no DSP"));
 }
 
+TEST_F(RunnerTest, AnotherRecordersWordDoesNotCount) {
+  RunnerConfig c = config();
+  c.recorder_pid = 99;
+  Runner runner(c);
+  EXPECT_EQ(run(runner), RunnerEnd::kFailed);
+  EXPECT_THAT(runner.end_reason(), HasSubstr("imrig-recorder"));
+}
+
 TEST_F(RunnerTest, TakenLeaseIsTold) {
   rig_.faults.lease_taken = true;
   Runner runner(config());

@@ -96,6 +96,7 @@ TEST_P(CampaignKilled, LosesNoPointAndTakesNoneTwice) {
     for (const DonePoint& p : read_journal(out).done) finished.insert(p.id);
     if (finished.size() >= kQuickPoints) break;
   }
+  write_text_atomically(log_part_path(out, count_log_parts(out)), "");  // killed between the log's and the journal's first line
   const auto outcome = run(command(out, {"--resume", "--json"}));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(json::parse(outcome.out).at("points_done"), kQuickPoints);
@@ -105,10 +106,8 @@ TEST_P(CampaignKilled, LosesNoPointAndTakesNoneTwice) {
   EXPECT_EQ(std::set<std::string>(points.begin(), points.end()).size(), points.size()) << "a point was taken twice";
   EXPECT_TRUE(journalled(out, "withdrawn").empty()) << "the journal ran ahead of the log";
   std::set<std::string> whole;
-  int part = 0;
-  for (; std::filesystem::exists(log_part_path(out, part)); ++part) {}
   std::set<int> numbers;
-  for (const DonePoint& p : scan_log_parts(out, part, "IMRIG").whole) {
+  for (const DonePoint& p : scan_log_parts(out, "IMRIG").whole) {
     whole.insert(p.id);
     EXPECT_TRUE(numbers.insert(p.number).second) << "record numbers are unique over all parts";
   }
