@@ -2,7 +2,7 @@
 // bench at its two wires and speaks no LCM.
 //   imrig-emulator --config plant.toml [--link URL] [--modbus URL] [--pace realtime|N|max] [--seed N]
 //                  [--integrator rk4|sundials]
-//   imrig-emulator truth --config plant.toml [--seed N] [--json]
+//   imrig-emulator truth --config plant.toml [--at f_Hz=60,v_V=180,slip=0.03] [--seed N] [--json]
 
 #include <CLI/CLI.hpp>
 #include <csignal>
@@ -11,6 +11,7 @@
 
 #include "plant/emulator/emulator.h"
 #include "plant/modbus_server.h"
+#include "plant/operating_point.h"
 #include "plant/plant_config.h"
 #include "plant/truth.h"
 #include "rig/base/clock.h"
@@ -30,6 +31,7 @@ struct Options {
   std::optional<std::uint64_t> seed;
   std::string integrator;  // empty: the configuration's
   bool json = false;
+  std::string at;
 };
 
 PlantConfig configuration(const Options& options) {
@@ -42,7 +44,14 @@ PlantConfig configuration(const Options& options) {
 
 int tell_truth(const Options& options) {
   const PlantConfig config = configuration(options);
-  std::printf("%s\n", (options.json ? truth_json(config) : truth_text(config)).c_str());
+  std::string told;
+  if (options.at.empty()) {
+    told = options.json ? truth_json(config) : truth_text(config);
+  } else {
+    const PointRequest at = parse_point_request(options.at);
+    told = options.json ? truth_json(config, at) : truth_text(config, at);
+  }
+  std::printf("%s\n", told.c_str());
   return 0;
 }
 
@@ -82,6 +91,8 @@ int body(int argc, char** argv) {
   Options options;
   CLI::App* truth = app.add_subcommand("truth", "print what an ideal identification would find");
   truth->add_flag("--json", options.json, "as JSON");
+  truth->add_option("--at", options.at,
+                    "also at an operating point: f_Hz=60,v_V=180,slip=0.03 or load_Nm=..; stator_C=, rotor_C=");
   for (CLI::App* with_plant : {&app, truth}) {
     with_plant->add_option("--config", options.config, "plant configuration (models/plants/*.toml)");
     with_plant->add_option("--seed", options.seed,

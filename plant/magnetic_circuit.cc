@@ -11,22 +11,6 @@ using Complex = std::complex<double>;
 
 constexpr double kConverged = 1e-9;  // of the fluxes; Newton's next step would be its square
 
-Matrix2 operator+(const Matrix2& a, const Matrix2& b) {
-  return {a.xx + b.xx, a.xy + b.xy, a.yx + b.yx, a.yy + b.yy};
-}
-Matrix2 operator*(double f, const Matrix2& a) { return {f * a.xx, f * a.xy, f * a.yx, f * a.yy}; }
-Matrix2 operator*(const Matrix2& a, const Matrix2& b) {
-  return {a.xx * b.xx + a.xy * b.yx, a.xx * b.xy + a.xy * b.yy, a.yx * b.xx + a.yy * b.yx,
-          a.yx * b.xy + a.yy * b.yy};
-}
-Matrix2 inverse(const Matrix2& a) {
-  const double f = 1.0 / (a.xx * a.yy - a.xy * a.yx);
-  return {f * a.yy, -f * a.xy, -f * a.yx, f * a.xx};
-}
-Complex operator*(const Matrix2& a, Complex x) {
-  return {a.xx * x.real() + a.xy * x.imag(), a.yx * x.real() + a.yy * x.imag()};
-}
-
 bool straight(const SaturationLaw& law) { return law.saturated_ratio == 1.0; }
 
 // knee_Wb: flux at which the branch bends.
@@ -58,7 +42,8 @@ double MagneticCircuit::Branch::energy(Complex psi) const {
 }
 
 MagneticCircuit::MagneticCircuit(const MachineConfig& machine, const MagneticLaws& laws)
-    : linear_(straight(laws.main) && straight(laws.stator_leakage) && straight(laws.rotor_leakage) &&
+    : machine_(machine),
+      linear_(straight(laws.main) && straight(laws.stator_leakage) && straight(laws.rotor_leakage) &&
               straight(laws.teeth)),
       share_(laws.leakage_in_teeth) {
   const double L_m = machine.L_m_H, L_ls = machine.L_s_H - L_m, L_lr = machine.L_r_H - L_m;
@@ -93,7 +78,7 @@ Complex MagneticCircuit::air_gap_flux(Complex psi_s, Complex psi_r) const {
       continue;
     }
     last = size;
-    step = -1.0 * (inverse(jacobian) * residual);
+    step = -(inverse(jacobian) * residual);
     at += step;
     if (std::abs(step.real()) + std::abs(step.imag()) <= enough) break;
   }
@@ -115,9 +100,9 @@ MagneticCircuit::Incremental MagneticCircuit::incremental(Complex psi_s, Complex
   // Second derivatives of the energy by psi_s, psi_r and psi_m; psi_m is then eliminated.
   const double c = share_, rest = 1.0 - c;
   const Matrix2 node = inverse(s + r + m + rest * rest * t);
-  const Matrix2 across = c * rest * t + -1.0 * s;
+  const Matrix2 across = c * rest * t - s;
   const Matrix2 via = across * node;
-  return {s + c * c * t + -1.0 * (via * across), via * r, r + -1.0 * (r * node * r)};
+  return {s + c * c * t - via * across, via * r, r - r * node * r};
 }
 
 double MagneticCircuit::energy_J(Complex psi_s, Complex psi_r) const {

@@ -20,14 +20,10 @@
 
 #include "plant/effects/effect.h"
 #include "plant/effects/two_slope.h"
+#include "plant/matrix2.h"
 #include "plant/plant_config.h"
 
 namespace imrig::plant {
-
-// Real 2x2 matrix.
-struct Matrix2 {
-  double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0;
-};
 
 class MagneticCircuit {
  public:
@@ -45,6 +41,7 @@ class MagneticCircuit {
   MagneticCircuit(const MachineConfig& machine, const MagneticLaws& laws);
 
   bool linear() const { return linear_; }
+  const MachineConfig& machine() const { return machine_; }
   // The following are for the bent circuit.
   Point solve(std::complex<double> psi_s, std::complex<double> psi_r) const;
   Incremental incremental(std::complex<double> psi_s, std::complex<double> psi_r) const;
@@ -68,6 +65,7 @@ class MagneticCircuit {
   }
   std::complex<double> air_gap_flux(std::complex<double> psi_s, std::complex<double> psi_r) const;
 
+  MachineConfig machine_;
   bool linear_;
   Branch stator_, rotor_, main_, teeth_;
   double share_;

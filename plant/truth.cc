@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "plant/effects/effect.h"
+#include "plant/operating_point.h"
 #include "plant/plant_config.h"
 #include "plant/sensors.h"
 
@@ -80,6 +81,78 @@ Json truth(const PlantConfig& config) {
           {"sensors", sensors_json(config)}};
 }
 
+Json vector(std::complex<double> x, const char* unit) {
+  return {{"d", quantity(x.real(), unit)}, {"q", quantity(x.imag(), unit)}};
+}
+
+Json inductance(const IncrementalInductance& L) {
+  return {{"dd", quantity(L.dd, "H")}, {"dq", quantity(L.dq, "H")}, {"qq", quantity(L.qq, "H")}};
+}
+
+Json point_parameters(const OperatingPoint& p) {
+  Json gamma{{"R_s", quantity(p.secant.R_s_ohm, "ohm")},
+             {"R_r", quantity(p.secant.R_r_ohm, "ohm")},
+             {"L_l", quantity(p.secant.L_l_H, "H")},
+             {"L_m", quantity(p.secant.L_m_H, "H")},
+             {"L_l_incremental", inductance(p.L_l_incremental)},
+             {"L_m_incremental", inductance(p.L_m_incremental)}};
+  gamma["R_c"] = p.R_c_ohm ? quantity(*p.R_c_ohm, "ohm") : Json(nullptr);
+  return gamma;
+}
+
+Json t_parameters(const OperatingPoint& p) {
+  return {{"R_s", quantity(p.R_s_ohm, "ohm")},
+          {"R_r", quantity(p.R_r_ohm, "ohm")},
+          {"L_m", quantity(p.L_m_H, "H")},
+          {"L_ls", quantity(p.L_ls_H, "H")},
+          {"L_lr", quantity(p.L_lr_H, "H")},
+          {"L_lr_skin", quantity(p.L_x_H, "H")},
+          {"L_m_incremental", inductance(p.L_mT_incremental)}};
+}
+
+Json point_json(const OperatingPoint& p) {
+  return {{"conditions",
+           {{"f", quantity(p.f_Hz, "Hz")},
+            {"v", quantity(p.v_V, "V")},
+            {"slip", quantity(p.slip, "1")},
+            {"w_s", quantity(p.w_slip_rad_s, "rad/s")},
+            {"speed", quantity(p.speed_rpm, "rpm")}}},
+          {"parameters", point_parameters(p)},
+          {"t_circuit", t_parameters(p)},
+          {"currents",
+           {{"I_d_e", quantity(p.i_s.real(), "A")},
+            {"I_q_e", quantity(p.i_s.imag(), "A")},
+            {"stator", quantity(std::abs(p.i_s), "A")},
+            {"magnetizing", quantity(std::abs(p.i_s + p.i_r), "A")},
+            {"rotor", vector(p.i_r, "A")}}},
+          {"fluxes",
+           {{"stator", vector(p.psi_s, "Wb")},
+            {"air_gap", vector(p.psi_m, "Wb")},
+            {"rotor", quantity(p.psi_r.real(), "Wb")}}},
+          {"powers",
+           {{"electrical", quantity(p.in_W, "W")},
+            {"power_factor", quantity(p.power_factor, "1")},
+            {"torque", quantity(p.torque_Nm, "Nm")},
+            {"shaft_torque", quantity(p.shaft_Nm, "Nm")}}},
+          {"losses",
+           {{"stator_copper", quantity(p.losses.stator_copper_W, "W")},
+            {"rotor_copper", quantity(p.losses.rotor_copper_W, "W")},
+            {"iron", quantity(p.losses.iron_W, "W")},
+            {"stray", quantity(p.losses.stray_W, "W")},
+            {"friction", quantity(p.losses.friction_W, "W")}}},
+          {"temperatures",
+           {{"stator", quantity(p.temperature.stator_C, "C")},
+            {"rotor", quantity(p.temperature.rotor_C, "C")},
+            {"iron", quantity(p.temperature.iron_C, "C")},
+            {"ambient", quantity(p.temperature.ambient_C, "C")}}}};
+}
+
+Json truth(const PlantConfig& config, const PointRequest& at) {
+  Json all = truth(config);
+  all["operating_point"] = point_json(find_operating_point(config, at));
+  return all;
+}
+
 void list(const Json& node, const std::string& path, std::string& out) {
   if (node.is_object() && node.contains("value")) {
     out +=
@@ -101,9 +174,19 @@ InverseGamma inverse_gamma_truth(const PlantConfig& config) {
 
 std::string truth_json(const PlantConfig& config) { return truth(config).dump(2) + "\n"; }
 
+std::string truth_json(const PlantConfig& config, const PointRequest& at) {
+  return truth(config, at).dump(2) + "\n";
+}
+
 std::string truth_text(const PlantConfig& config) {
   std::string out;
   list(truth(config), "", out);
+  return out;
+}
+
+std::string truth_text(const PlantConfig& config, const PointRequest& at) {
+  std::string out;
+  list(truth(config, at), "", out);
   return out;
 }
 

@@ -8,6 +8,7 @@
 namespace imrig::plant {
 
 struct PlantConfig;
+struct PointRequest;  // plant/operating_point.h
 
 // Inverse-gamma circuit, per phase of the equivalent star.
 struct InverseGamma {
@@ -19,8 +20,12 @@ InverseGamma inverse_gamma_truth(const PlantConfig& config);
 // {"version":1,"circuit":"inverse-gamma","pole_pairs":2,"parameters":{"R_s":{"value":0.39,"unit":"ohm"},"R_r":..,"L_l":..,"L_m":..},
 //  "t_circuit":{..},"mechanics":{..},"effects":{"NAME":{..}},"generator":{..},"sensors":{"current_gain":[..],"voltage_gain":[..],
 //  "current_offset_counts":[..],"voltage_offset_counts":[..],..}}; fields may be added.
+// With a request also "operating_point", of plant/operating_point.h: conditions, phasors (d, q along and across the rotor's flux),
+//  powers and losses by kind, temperatures, secant and incremental inductances in both circuits, R_r at its slip frequency.
 std::string truth_json(const PlantConfig& config);
+std::string truth_json(const PlantConfig& config, const PointRequest& at);
 // The same for people, one quantity a line.
 std::string truth_text(const PlantConfig& config);
+std::string truth_text(const PlantConfig& config, const PointRequest& at);
 
 }  // namespace imrig::plant
