@@ -10,6 +10,8 @@ namespace {
 
 // The stream of the noise must not run along the one that drew the gains.
 constexpr std::uint64_t kNoiseStream = 0x9e3779b97f4a7c15ull;
+constexpr std::uint64_t kMissingStream = 0xbf58476d1ce4e5b9ull;
+constexpr std::int64_t kMostPerSample = 1 << 20;  // lines
 
 SensorScale scale_of(const SensorsConfig& config) {
   const int full_scale = 1 << ((config.ideal ? 16 : config.adc_bits) - 1);
@@ -36,7 +38,8 @@ Sensors::Sensors(const SensorsConfig& config, std::uint64_t seed)
     : config_(config),
       scale_(scale_of(config)),
       errors_(draw_sensor_errors(config, seed)),
-      noise_(seed ^ kNoiseStream) {
+      noise_(seed ^ kNoiseStream),
+      missing_(seed ^ kMissingStream) {
   if (config_.ideal) config_.current_noise_A = config_.voltage_noise_V = 0.0;
 }
 
@@ -46,6 +49,20 @@ std::int16_t Sensors::convert(double value, double gain, double offset_counts, d
   const double noisy = noise > 0.0 ? value * (1.0 + gain) + noise * noise_.normal() : value * (1.0 + gain);
   return static_cast<std::int16_t>(
       std::clamp(std::nearbyint(noisy / per_count + offset_counts), -full, full - 1.0));
+}
+
+std::int64_t Sensors::count(std::int64_t lines) {
+  if (config_.encoder_loss <= 0.0) return lines;
+  if (first_) seen_ = counted_ = lines;
+  first_ = false;
+  const std::int64_t moved = std::clamp(lines - seen_, -kMostPerSample, kMostPerSample);
+  const std::int64_t sign = moved < 0 ? -1 : 1;
+  for (std::int64_t k = 0; k < moved * sign; ++k) {
+    const bool missed = static_cast<double>(missing_() >> 11) * 0x1p-53 < config_.encoder_loss;
+    counted_ += missed ? 0 : sign;
+  }
+  seen_ = lines;
+  return counted_;
 }
 
 RawSample Sensors::sample(const Measured& values, std::int64_t turns) {
@@ -60,8 +77,8 @@ RawSample Sensors::sample(const Measured& values, std::int64_t turns) {
   }
   const auto lines =
       static_cast<std::int64_t>(std::floor(values.encoder_rad / (2.0 * kPi) * scale_.encoder_counts_per_rev));
-  raw.encoder =
-      static_cast<std::int32_t>(static_cast<std::uint32_t>(turns * scale_.encoder_counts_per_rev + lines));
+  raw.encoder = static_cast<std::int32_t>(
+      static_cast<std::uint32_t>(count(turns * scale_.encoder_counts_per_rev + lines)));
   raw.stator_C = static_cast<float>(values.stator_C);
   return raw;
 }
