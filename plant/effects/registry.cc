@@ -6,6 +6,7 @@
 #include "plant/effects/loss_readers.h"
 #include "plant/effects/rotor_skin_effect_reader.h"
 #include "plant/effects/saturation_reader.h"
+#include "plant/effects/sensors_reader.h"
 #include "plant/effects/stator_unbalance_reader.h"
 #include "plant/effects/supply_unbalance_reader.h"
 #include "plant/effects/thermal_reader.h"
@@ -53,6 +54,14 @@ const std::vector<EffectEntry>& effect_registry() {
        "bars = 28\nbroken = 2"},
       {"rotor_skin_effect", "the rotor's current crowds to the top of deep bars as the slip frequency rises",
        read_rotor_skin_effect, "", "bar_height_m = 0.03\nbar_fraction = 0.8"},
+      {"current_sensors", "current sensors lag, err in gain and offset, talk across and bend", read_current_sensors, "",
+       "gain_a = 0.02\noffset_b = 0.3\ncrosstalk = 0.01\ncubic = -0.02\nlag_s = 100e-6\ndelay_s = 60e-6"},
+      {"voltage_sensors", "voltage dividers err in gain and offset and talk across", read_voltage_sensors, "",
+       "gain_a = 0.02\noffset_b = 3.0\ncrosstalk = 0.01"},
+      {"encoder_eccentricity", "the encoder reads wrong once and twice per turn", read_encoder_eccentricity, "",
+       "once_rad = 0.01\ntwice_rad = 0.005"},
+      {"thermocouple", "the winding's thermocouple lags and errs", read_thermocouple, "",
+       "lag_s = 30\ngain = 0.02\noffset_C = 1.5"},
   };
   return registry;
 }
