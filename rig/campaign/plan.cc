@@ -116,6 +116,7 @@ class Expansion {
     for (const double w : rates) point.tones.frequency_Hz.push_back(w / (2 * std::numbers::pi));
     point.tones.kp_V_per_A = table->number_or("kp_V_per_A", 1.6, {0, 1e4});
     point.tones.ki_V_per_As = table->number_or("ki_V_per_As", 116.0, {0, 1e6});
+    point.tones.period_s = table->number_or("regulator_period_s", point.tones.period_s, {1e-6, 1.0});
     add(*table, point);
   }
 

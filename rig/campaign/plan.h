@@ -31,6 +31,7 @@ struct Tones {
   std::vector<double> frequency_Hz;
   double kp_V_per_A = 1.6;
   double ki_V_per_As = 116.0;
+  double period_s = 0.3e-3;         // of the regulator
 };
 
 struct PlanPoint {

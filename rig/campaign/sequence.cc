@@ -182,6 +182,7 @@ Profile standstill_profile(const Travel& travel, const PlanPoint& point) {
   }
   s.kp_V_per_A = point.tones.kp_V_per_A;
   s.ki_V_per_As = point.tones.ki_V_per_As;
+  s.period_samples = static_cast<std::int32_t>(samples_in(travel, point.tones.period_s));
   Profile profile;
   if (point.settle_s > 0) profile.segments.push_back(blank(travel, segment_t::GATES_OFF, point.settle_s));
   profile.segments.push_back(recorded(s));
