@@ -273,6 +273,7 @@ Powers Plant::powers() const {
   p.rotor_copper_W = heat.rotor_copper_W;
   p.iron_W = heat.iron_W;
   p.stray_W = heat.stray_W;
+  p.friction_W = heat.friction_W;
   p.air_gap_shaft_W = at.torque_Nm * at.w_mech;
   p.drag_W = at.drag_Nm * at.w_mech;
   p.generator_shaft_W = -g.shaft_Nm * at.coupling.w_generator;

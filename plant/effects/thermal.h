@@ -11,6 +11,7 @@
 // Source: Mellor, Roberts, Turner, Lumped parameter thermal model for electrical machines of TEFC design, IEE
 // Proc. B 138(5), 1991, reduced to three nodes; k: IEC 60034-1, 8.6.2.3.
 
+#include <algorithm>
 #include <cmath>
 
 #include "plant/effects/effect.h"
@@ -57,6 +58,16 @@ class Thermal final : public Effect {
             {"stator_k_C", "C", c.stator_k_C},
             {"rotor_k_C", "C", c.rotor_k_C},
             {"speedup", "1", c.speedup}};
+  }
+
+  // At twice the fan's speed.
+  double fastest_rate_per_s() const override {
+    const Config& c = config_;
+    if (!hooks()) return 0.0;
+    const double to_ambient = c.iron_ambient_W_per_K * (1.0 + 2.0 * c.fan);
+    return c.speedup *
+           std::max({c.stator_iron_W_per_K / c.stator_J_per_K, c.rotor_iron_W_per_K / c.rotor_J_per_K,
+                     (c.stator_iron_W_per_K + c.rotor_iron_W_per_K + to_ambient) / c.iron_J_per_K});
   }
 
   std::size_t states() const override { return hooks() ? 3 : 0; }

@@ -1,6 +1,7 @@
 #pragma once
 // [effects.thermal]. Temperatures at the start are the ambient's unless given.
 
+#include <algorithm>
 #include <memory>
 
 #include "plant/effects/thermal.h"
@@ -31,6 +32,11 @@ inline std::shared_ptr<const Effect> read_thermal(const ConfigReader& table) {
   c.stator_k_C = table.number_or("stator_k_C", c.stator_k_C, {200.0, 1e12});
   c.rotor_k_C = table.number_or("rotor_k_C", c.rotor_k_C, {200.0, 1e12});
   c.speedup = table.number_or("speedup", c.speedup, {0.0, 1e5});
+  // A kilowatt warms the winding by kelvins within a supply period then: beyond it, resistance runs away.
+  const double least = std::min({c.stator_J_per_K, c.rotor_J_per_K, c.iron_J_per_K});
+  if (any && least < 0.1 * c.speedup)
+    table.fail("speedup", "leaves less than 0.1 J/K of a heat capacity",
+               "larger capacities or a smaller speedup");
   return std::make_shared<Thermal>(c);
 }
 
