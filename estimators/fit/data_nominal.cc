@@ -1,9 +1,11 @@
 #include "estimators/fit/data_nominal.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "estimators/fit/points_fit.h"
+#include "estimators/fit/start_guess.h"
 #include "estimators/fit/steady_windows.h"
 #include "rig/base/error.h"
 
@@ -11,6 +13,8 @@ namespace imrig::est {
 
 namespace {
 
+constexpr double kTold = 0.25;           // relative sigma below which the points tell a parameter
+constexpr double kTypicalR_s = 0.03;     // of v/i
 constexpr std::size_t kMostPoints = 48;  // a start needs no more
 
 std::vector<SteadyPoint> all_points(const DataSet& data, const std::vector<std::size_t>& which) {
@@ -33,6 +37,23 @@ std::vector<SteadyPoint> thinned(const std::vector<SteadyPoint>& points) {
   return out;
 }
 
+bool told(const PointsFit& fit) {
+  const std::array values{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
+  for (std::size_t m = 0; m < values.size(); ++m) {
+    if (fit.on_bound[m] || !(fit.sigma[m] < kTold * values[m])) return false;
+  }
+  return true;
+}
+
+// Points that are all alike leave the split of the inductance open: take an ordinary machine's.
+std::optional<DataNominal> typical(const std::vector<SteadyPoint>& points, int pole_pairs, double R_s) {
+  for (const auto& point : points) {
+    const auto guesses = guesses_from_point(point, pole_pairs, R_s);
+    if (!guesses.empty()) return DataNominal{guesses[guesses.size() / 3]};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<DataNominal> nominal_from_data(const DataSet& data, const std::vector<std::size_t>& which,
@@ -43,8 +64,9 @@ std::optional<DataNominal> nominal_from_data(const DataSet& data, const std::vec
   options.pole_pairs = data.pole_pairs;
   options.R_s = R_s;
   const PointsFit fit = fit_points(points, options);
-  if (!fit.failure.empty()) return std::nullopt;
-  return DataNominal{fit.theta, fit.sigma[0] / fit.theta.R_s};
+  if (fit.failure.empty() && told(fit)) return DataNominal{fit.theta};
+  return typical(points, data.pole_pairs,
+                 std::isfinite(R_s) ? R_s : kTypicalR_s * points[0].v_peak_V / points[0].i_peak_A);
 }
 
 double largest_flux_Wb(const DataSet& data, const std::vector<std::size_t>& which) {

@@ -12,7 +12,6 @@ namespace imrig::est {
 
 struct DataNominal {
   MachineParameters<double> theta;
-  double R_s_relative_sigma = 0.0;  // where R_s was fitted
 };
 
 // R_s NaN: fitted too. Nothing when there are no steady stretches.

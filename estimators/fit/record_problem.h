@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "estimators/model/base_machine.h"
-#include "estimators/model/predict.h"
+#include "estimators/model/frame_record.h"
 
 namespace imrig::est {
 
-inline constexpr int kCircuit = 4;   // R_s, R_r, L_l, L_m
-inline constexpr int kUnknowns = 8;  // and the real and imaginary parts of psi_s(0), psi_r(0)
+inline constexpr int kCircuit = 4;                        // R_s, R_r, L_l, L_m
+inline constexpr int kLinear = 4;                         // complex: psi_s(0), psi_r(0), epsilon, offset
+inline constexpr int kUnknowns = kCircuit + 2 * kLinear;  // real and imaginary parts one after the other
 
 using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
@@ -38,15 +39,18 @@ struct SampleRows {
 
 class RecordProblem {
  public:
-  // steps: integration steps per sample, the same at every theta so that the error is smooth.
-  RecordProblem(const FrameRecord& record, int steps) : record_(record), steps_(steps) {}
+  // steps: integration steps per sample, the same at every theta so that the error is smooth. faults: look
+  // for those of the voltage channels.
+  RecordProblem(const FrameRecord& record, int steps, bool faults);
 
   const FrameRecord& record() const { return record_; }
   std::size_t judged() const { return record_.size() - record_.judged_from; }
   int steps() const { return steps_; }
   double signal() const;  // sum |i|^2 over the judged samples
+  // The unknowns behind the circuit: initial fluxes, and the voltage's faults where they can be told.
+  const std::vector<int>& linear_unknowns() const { return linear_unknowns_; }
 
-  // The error with the best initial fluxes.
+  // The error with the best linear unknowns.
   double error(const MachineParameters<double>& theta) const;
 
   // rows: where not null, gets the rows of the judged samples.
@@ -54,8 +58,19 @@ class RecordProblem {
                           std::vector<SampleRows>* rows = nullptr) const;
 
  private:
+  using Coefficients = Eigen::Matrix<std::complex<double>, kLinear, 1>;
+  struct Responses {
+    std::vector<std::complex<double>> driven;
+    std::vector<Eigen::Matrix<std::complex<double>, kLinear, 1>> linear;  // per sample
+    Coefficients best;
+  };
+  Responses responses(const MachineParameters<double>& theta) const;
+
   const FrameRecord& record_;
   int steps_;
+  FrameRecord mirrored_, offset_;  // the record with its voltage replaced by v* and by a constant, in the
+                                   // frame; empty where not used
+  std::vector<int> linear_unknowns_;
 };
 
 }  // namespace imrig::est

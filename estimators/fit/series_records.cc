@@ -19,6 +19,7 @@ namespace imrig::est {
 namespace {
 
 constexpr double kWorstMisfit = 0.3;   // nrmse above which the machine model says nothing about the record
+constexpr double kBlind = 0.1;         // relative sigma from which a record does not see a parameter
 constexpr double kBackwardSlip = 1.8;  // a rotor that turns against the field: slip about 2
 constexpr std::array<const char*, kCircuit> kNames{"R_s", "R_r", "L_l", "L_m"};
 constexpr std::array<const char*, kCircuit> kUnits{"ohm", "ohm", "H", "H"};
@@ -88,6 +89,10 @@ std::string rejection(const TransientFit& fit, const IdentifyOptions& options) {
 void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options, RecordResult& result) {
   result.rejected = rejection(fit, options);
   const auto values = std::array{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
+  bool blind = false;  // to some parameter: then its other weak estimates lie along the same valley
+  for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) {
+    blind = blind || fit.on_bound[static_cast<std::size_t>(m)] || !(relative_sigma(fit, m) < kBlind);
+  }
   std::string reasons;
   for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) {
     const auto k = static_cast<std::size_t>(m);
@@ -98,7 +103,7 @@ void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options
     estimate.unit = kUnits[k];
     estimate.left_out =
         result.rejected.empty() ? left_out_reason(fit, m, result.slip, options) : result.rejected;
-    estimate.weak = result.rejected.empty() && !estimate.left_out.empty() && !fit.on_bound[k];
+    estimate.weak = result.rejected.empty() && !estimate.left_out.empty() && !blind;
     if (!estimate.left_out.empty())
       reasons += (reasons.empty() ? "" : "; ") + std::string(kNames[k]) + ": " + estimate.left_out;
     if (estimate.left_out.empty()) result.used_for.push_back(kNames[k]);

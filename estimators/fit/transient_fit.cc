@@ -41,7 +41,7 @@ Theta best_of(const FrameRecord& record, const TransientOptions& options) {
   Theta best = options.nominal;
   double least = std::numeric_limits<double>::infinity();
   const auto consider = [&](const Theta& theta) {
-    const RecordProblem problem(record, steps_per_sample(theta, record));
+    const RecordProblem problem(record, steps_per_sample(theta, record), false);
     const double error = problem.error(theta);
     if (!(error < least)) return false;
     least = error;
@@ -54,10 +54,12 @@ Theta best_of(const FrameRecord& record, const TransientOptions& options) {
 }
 
 // One constrained search with bounds that move along while they are guesses.
-void search_from(const RecordProblem& problem, const TransientOptions& options, Theta nominal,
+void search_from(const FrameRecord& record, int steps, const TransientOptions& options, Theta nominal,
                  TransientFit& fit) {
+  const RecordProblem quick(record, steps, false);
+  const RecordProblem whole(record, steps, true);
   for (int move = 0; move <= (options.bounds_move ? kMostMoves : 0); ++move) {
-    TransientSearch search(problem, nominal, options.fit_R_s);
+    TransientSearch search(quick, whole, nominal, options.fit_R_s);
     const bool found = search.constrained_minimum(fit.theta);
     const bool settled = found && search.polish(fit.theta);
     fit.evaluations += search.evaluations();
@@ -76,12 +78,12 @@ TransientFit fit_transient(const FrameRecord& record, const TransientOptions& op
   if (!options.fit_R_s) fit.theta.R_s = options.nominal.R_s;
   const Theta nominal = options.bounds_move ? fit.theta : options.nominal;
   int steps = steps_per_sample(fit.theta, record);
-  search_from(RecordProblem(record, steps), options, nominal, fit);
+  search_from(record, steps, options, nominal, fit);
   if (steps_per_sample(fit.theta, record) > steps) {  // the answer is faster than the start
     steps = steps_per_sample(fit.theta, record);
-    search_from(RecordProblem(record, steps), options, nominal, fit);
+    search_from(record, steps, options, nominal, fit);
   }
-  const RecordProblem problem(record, steps);
+  const RecordProblem problem(record, steps, true);
   add_noise(problem, options, fit);
   fit.flux_on_bound = beyond(fit.start.psi_s, kBoundFlux * options.saturation_flux_Wb) ||
                       beyond(fit.start.psi_r, kBoundFlux * options.saturation_flux_Wb);

@@ -108,48 +108,36 @@ CurrentNoise current_noise(const FrameRecord& record) {
   return out;
 }
 
-// Per component of a sample.
-void split(const std::vector<SampleRows>& rows, const CurrentNoise& through_filter,
-           const VoltageNoise& through_machine, TransientNoise& noise) {
-  double energy = 0.0, difference = 0.0;
-  for (std::size_t k = 1; k < rows.size(); ++k) {
-    energy += std::norm(rows[k].residual);
-    difference += std::norm(rows[k].residual - rows[k - 1].residual);
+// The columns of J as complex signals over the record (zero where it is not judged), and each through an
+// adjoint: what products of J with coloured noise need. Unknowns that are not free stay empty.
+using Columns = std::array<Signal, kUnknowns>;
+
+Columns columns_of(const RecordProblem& problem, const std::vector<SampleRows>& rows,
+                   const std::vector<int>& free) {
+  Columns columns;
+  for (const int m : free) {
+    Signal& column = columns[static_cast<std::size_t>(m)];
+    column.resize(problem.record().size());
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      column[problem.record().judged_from + k] = {rows[k].real[m], rows[k].imaginary[m]};
   }
-  const double n = 2.0 * static_cast<double>(rows.size() - 1);
-  energy /= n;
-  difference /= n;
-  const double det =
-      through_filter.energy * through_machine.difference - through_filter.difference * through_machine.energy;
-  double i2 = (energy * through_machine.difference - difference * through_machine.energy) / det;
-  double v2 = (difference * through_filter.energy - energy * through_filter.difference) / det;
-  if (v2 < 0.0) {
-    v2 = 0.0;
-    i2 = energy / through_filter.energy;
-  } else if (i2 < 0.0) {
-    i2 = 0.0;
-    v2 = energy / through_machine.energy;
-  }
-  noise.current_A = std::sqrt(i2);
-  noise.voltage_V = std::sqrt(v2);
+  return columns;
 }
 
-// Rows of A as complex weights per sample of the record; zero for samples that are not judged.
-Signal weights_of(const RecordProblem& problem, const std::vector<SampleRows>& rows, const Unknowns& line) {
-  Signal weights(problem.record().size());
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    weights[problem.record().judged_from + k] = {line.dot(rows[k].real), line.dot(rows[k].imaginary)};
-  }
-  return weights;
+// An imaginary part's column is j times its real part's, and stays so (conjugated) through an adjoint.
+Signal turned(const Signal& conjugated) {
+  Signal out(conjugated.size());
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = {conjugated[k].imag(), -conjugated[k].real()};
+  return out;
 }
 
-Signal filtered_weights(const FrameRecord& record, const Signal& weights) {
-  if (record.judged_from == 0) return weights;
-  const Signal response = record.filter_response();
-  Signal out(weights.size());
-  for (std::size_t l = 0; l < weights.size(); ++l) {
-    for (std::size_t m = 0; m < response.size() && l + m < weights.size(); ++m)
-      out[l] += std::conj(response[m]) * weights[l + m];
+template <class Apply>
+Columns through(const Columns& columns, const std::vector<int>& free, const Apply& apply) {
+  Columns out;
+  for (const int m : free) {
+    const auto k = static_cast<std::size_t>(m);
+    const bool imaginary = m >= kCircuit && (m - kCircuit) % 2 == 1;
+    out[k] = imaginary ? turned(out[k - 1]) : apply(columns[k]);
   }
   return out;
 }
@@ -158,6 +146,70 @@ double product(const Signal& a, const Signal& b) {
   double sum = 0.0;
   for (std::size_t k = 0; k < a.size(); ++k) sum += a[k].real() * b[k].real() + a[k].imag() * b[k].imag();
   return sum;
+}
+
+// J' S J for noise of unit variance whose shape the adjoint has put into the columns.
+Normal products_of(const Columns& columns, const std::vector<int>& free) {
+  Normal out = Normal::Zero();
+  for (const int a : free) {
+    for (const int b : free) {
+      if (b > a) continue;
+      out(a, b) = product(columns[static_cast<std::size_t>(a)], columns[static_cast<std::size_t>(b)]);
+      out(b, a) = out(a, b);
+    }
+  }
+  return out;
+}
+
+// Conjugated and reversed, as adjoint does it.
+Signal filter_adjoint(const FrameRecord& record, const Signal& column) {
+  Signal out(column.rbegin(), column.rend());
+  for (auto& x : out) x = std::conj(x);
+  record.filter(out);
+  return out;
+}
+
+// What one sample of a channel's white noise (one sigma of each component 1) leaves in the residual, summed
+// over the record: mean square and that of the first difference. The fit takes away what looks like its
+// unknowns: trace of N^-1 J' S J.
+struct Moments {
+  double energy = 0.0;
+  double difference = 0.0;
+};
+
+Moments moments_of(const std::vector<SampleRows>& rows) {
+  Moments m;
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    m.energy += std::norm(rows[k].residual);
+    m.difference += std::norm(rows[k].residual - rows[k - 1].residual);
+  }
+  return m;
+}
+
+// Two equations, two variances; neither below zero.
+void split(const Moments& seen, const Moments& of_current, const Moments& of_voltage, TransientNoise& noise) {
+  const double det = of_current.energy * of_voltage.difference - of_current.difference * of_voltage.energy;
+  double i2 = (seen.energy * of_voltage.difference - seen.difference * of_voltage.energy) / det;
+  double v2 = (seen.difference * of_current.energy - seen.energy * of_current.difference) / det;
+  if (v2 < 0.0) {
+    v2 = 0.0;
+    i2 = seen.energy / of_current.energy;
+  } else if (i2 < 0.0) {
+    i2 = 0.0;
+    v2 = seen.energy / of_voltage.energy;
+  }
+  noise.current_A = std::sqrt(i2);
+  noise.voltage_V = std::sqrt(v2);
+}
+
+// Rows of A as complex weights per sample.
+Signal weighted(const Columns& columns, const std::vector<int>& free, const Unknowns& line) {
+  Signal out(columns[static_cast<std::size_t>(free.front())].size());
+  for (const int m : free) {
+    const Signal& column = columns[static_cast<std::size_t>(m)];
+    for (std::size_t k = 0; k < out.size(); ++k) out[k] += line[m] * column[k];
+  }
+  return out;
 }
 
 // j psi_r along the record, reversed and conjugated like what adjoint returns: a speed error of 1 rad/s adds
@@ -172,6 +224,25 @@ Signal speed_lever(const RecordProblem& problem, const MachineParameters<double>
   return lever;
 }
 
+// Of the circuit, from noise of the speed.
+Eigen::Matrix4d speed_covariance(const RecordProblem& problem, const MachineParameters<double>& theta,
+                                 const FluxState<double>& start, const Columns& columns,
+                                 const std::vector<int>& free, const Normal& inverse) {
+  const Signal lever = speed_lever(problem, theta, start);
+  std::array<Signal, kCircuit> responses;
+  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
+  for (int a = free.front(); a < kCircuit; ++a) {
+    Signal& response = responses[static_cast<std::size_t>(a)];
+    response = adjoint(RotorFed(theta), problem, weighted(columns, free, inverse.row(a)));
+    for (std::size_t k = 0; k < lever.size(); ++k) response[k] = (std::conj(response[k]) * lever[k]).real();
+    for (int b = free.front(); b <= a; ++b) {
+      out(a, b) = product(response, responses[static_cast<std::size_t>(b)]);
+      out(b, a) = out(a, b);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 TransientNoise transient_noise(const RecordProblem& problem, const MachineParameters<double>& theta,
@@ -179,38 +250,37 @@ TransientNoise transient_noise(const RecordProblem& problem, const MachineParame
   std::vector<SampleRows> rows;
   rows.reserve(problem.judged());
   const Linearization here = problem.linearize(theta, &rows);
-  std::vector<int> moving;
-  for (int m = fit_R_s ? 0 : 1; m < kUnknowns; ++m) moving.push_back(m);
-  const Normal inverse = inverse_over(here.normal, moving);
+  std::vector<int> free;
+  for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) free.push_back(m);
+  free.insert(free.end(), problem.linear_unknowns().begin(), problem.linear_unknowns().end());
+  const Normal inverse = inverse_over(here.normal, free);
   TransientNoise noise;
   if (!fit_R_s) noise.per_R_s = -(inverse * here.normal.col(0)).head<kCircuit>();
+
+  const BaseMachine<double> machine(theta);
+  const Columns columns = columns_of(problem, rows, free);
+  const auto by_filter = [&](const Signal& column) { return filter_adjoint(problem.record(), column); };
+  const auto by_machine = [&](const Signal& column) { return adjoint(machine, problem, column); };
+  const Normal from_current = products_of(through(columns, free, by_filter), free);
+  const Normal from_voltage = products_of(through(columns, free, by_machine), free);
+
   const VoltageNoise through_machine = voltage_noise(problem, theta);
   const CurrentNoise through_filter = current_noise(problem.record());
   noise.current_gain = through_filter.energy;
   noise.voltage_gain = through_machine.energy;
-  split(rows, through_filter, through_machine, noise);
+  const double n = 2.0 * static_cast<double>(rows.size() - 1);
+  split(moments_of(rows),
+        {n * through_filter.energy - (inverse * from_current).trace(), n * through_filter.difference},
+        {n * through_machine.energy - (inverse * from_voltage).trace(), n * through_machine.difference},
+        noise);
 
-  const BaseMachine<double> machine(theta);
-  std::array<Signal, kCircuit> from_current, from_voltage, from_speed;
-  const bool noisy_speed = declared.speed_rad_s > 0.0;
-  const Signal lever = noisy_speed ? speed_lever(problem, theta, here.start) : Signal{};
-  for (std::size_t m = fit_R_s ? 0 : 1; m < kCircuit; ++m) {
-    const Signal weights = weights_of(problem, rows, inverse.row(static_cast<Eigen::Index>(m)));
-    from_current[m] = filtered_weights(problem.record(), weights);
-    from_voltage[m] = adjoint(machine, problem, weights);
-    if (!noisy_speed) continue;
-    from_speed[m] = adjoint(RotorFed(theta), problem, weights);
-    for (std::size_t k = 0; k < lever.size(); ++k)
-      from_speed[m][k] = (std::conj(from_speed[m][k]) * lever[k]).real();
-  }
-  const double speed = noisy_speed ? declared.speed_rad_s * problem.record().pole_pairs : 0.0;
-  for (std::size_t a = fit_R_s ? 0 : 1; a < kCircuit; ++a) {
-    for (std::size_t b = fit_R_s ? 0 : 1; b < kCircuit; ++b) {
-      noise.covariance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
-          std::pow(noise.current_A, 2) * product(from_current[a], from_current[b]) +
-          std::pow(noise.voltage_V, 2) * product(from_voltage[a], from_voltage[b]) +
-          speed * speed * product(from_speed[a], from_speed[b]);
-    }
+  const Normal both =
+      noise.current_A * noise.current_A * from_current + noise.voltage_V * noise.voltage_V * from_voltage;
+  noise.covariance = (inverse * both * inverse).topLeftCorner<kCircuit, kCircuit>();
+  if (declared.speed_rad_s > 0.0) {
+    const double electrical = declared.speed_rad_s * problem.record().pole_pairs;
+    noise.covariance +=
+        electrical * electrical * speed_covariance(problem, theta, here.start, columns, free, inverse);
   }
   const double counted =
       declared.voltage_V > 0.0 ? std::min(noise.voltage_V, declared.voltage_V) : noise.voltage_V;

@@ -33,14 +33,15 @@ Theta between(const Theta& a, const Theta& b, double share) {
 
 }  // namespace
 
-TransientSearch::TransientSearch(const RecordProblem& problem, const Theta& nominal, bool fit_R_s)
-    : problem_(problem), nominal_(as_array(nominal)) {
+TransientSearch::TransientSearch(const RecordProblem& quick, const RecordProblem& whole, const Theta& nominal,
+                                 bool fit_R_s)
+    : quick_(quick), whole_(whole), nominal_(as_array(nominal)) {
   for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) free_.push_back(m);
 }
 
-Linearization TransientSearch::linearize(const Theta& theta) {
+Linearization TransientSearch::linearize(const RecordProblem& problem, const Theta& theta) {
   ++evaluations_;
-  return problem_.linearize(theta);
+  return problem.linearize(theta);
 }
 
 Theta TransientSearch::at(const double* y) const {
@@ -53,22 +54,24 @@ Theta TransientSearch::at(const double* y) const {
   return from_array(values);
 }
 
-// Of the error / 2 in ln(theta), the initial fluxes eliminated.
+// Of the error / 2 in ln(theta), what is linear eliminated.
 Eigen::MatrixXd TransientSearch::reduced_hessian(const Theta& theta, const Linearization& here) const {
   const auto values = as_array(theta);
   const auto n = static_cast<Eigen::Index>(free_.size());
-  Eigen::MatrixXd across(kUnknowns - kCircuit, n), own(n, n);
+  const auto& linear = quick_.linear_unknowns();
+  const Normal behind = inverse_over(here.normal, linear);
+  Eigen::MatrixXd across = Eigen::MatrixXd::Zero(kUnknowns, n);
+  Eigen::MatrixXd own(n, n);
   for (Eigen::Index b = 0; b < n; ++b) {
     const int m = free_[static_cast<std::size_t>(b)];
-    across.col(b) = here.normal.block<kUnknowns - kCircuit, 1>(kCircuit, m) * values[index(m)];
+    for (const int k : linear) across(k, b) = here.normal(k, m) * values[index(m)];
     for (Eigen::Index a = 0; a < n; ++a) {
       const int l = free_[static_cast<std::size_t>(a)];
       own(a, b) = here.normal(l, m) * values[index(l)] * values[index(m)];
     }
   }
-  Eigen::Matrix4d fluxes = here.normal.bottomRightCorner<4, 4>();
-  fluxes.diagonal().array() += 1e-13 * fluxes.trace();
-  return own - across.transpose() * fluxes.ldlt().solve(across);
+  const double weight = here.error / static_cast<double>(2 * quick_.judged());
+  return own - across.transpose() * behind * across + weight * Eigen::MatrixXd::Identity(n, n);
 }
 
 bool TransientSearch::constrained_minimum(Theta& theta) {
@@ -78,9 +81,10 @@ bool TransientSearch::constrained_minimum(Theta& theta) {
         std::clamp(values[index(m)], nominal_[index(m)] * kBoundLow, nominal_[index(m)] * kBoundHigh);
   }
   origin_ = values;
-  const Linearization here = linearize(from_array(values));
+  const Linearization here = linearize(quick_, from_array(values));
   if (!std::isfinite(here.error) || !(here.error > 0.0)) return false;
   scale_ = here.error;
+  weight_ = here.error / static_cast<double>(2 * quick_.judged());
   const auto n = static_cast<Eigen::Index>(free_.size());
   Eigen::MatrixXd hessian = reduced_hessian(from_array(values), here) * (2.0 / scale_);
   hessian.diagonal().array() += kRidge * hessian.trace();
@@ -115,17 +119,19 @@ bool TransientSearch::constrained_minimum(Theta& theta) {
 double TransientSearch::objective(unsigned n, const double* y, double* gradient, void* self) {
   auto* search = static_cast<TransientSearch*>(self);
   const Theta theta = search->at(y);
-  const Linearization here = search->linearize(theta);
+  const Linearization here = search->linearize(search->quick_, theta);
   if (gradient != nullptr) {
     const auto values = as_array(theta);
     Eigen::VectorXd slope(static_cast<Eigen::Index>(n));
-    for (unsigned k = 0; k < n; ++k)
-      slope[static_cast<Eigen::Index>(k)] =
-          2.0 * here.gradient[search->free_[k]] * values[index(search->free_[k])];
+    for (unsigned k = 0; k < n; ++k) {
+      const std::size_t m = index(search->free_[k]);
+      slope[static_cast<Eigen::Index>(k)] = 2.0 * here.gradient[search->free_[k]] * values[m] +
+                                            2.0 * search->weight_ * std::log(values[m] / search->nominal_[m]);
+    }
     const Eigen::VectorXd turned = search->to_log_.transpose() * slope / search->scale_;
     std::copy(turned.begin(), turned.end(), gradient);
   }
-  return here.error / search->scale_;
+  return (here.error + search->weight_ * search->wander(theta)) / search->scale_;
 }
 
 // Each free parameter above its lower and below its upper bound: result <= 0.
@@ -148,17 +154,31 @@ void TransientSearch::limits(unsigned, double* result, unsigned n, const double*
   }
 }
 
+double TransientSearch::wander(const Theta& theta) const {
+  const auto values = as_array(theta);
+  double sum = 0.0;
+  for (const int m : free_) sum += std::pow(std::log(values[index(m)] / nominal_[index(m)]), 2);
+  return sum;
+}
+
 TransientSearch::Step TransientSearch::step_from(const Theta& theta, const Linearization& here) const {
   const auto bound = on_bound(theta);
   std::vector<int> moving;
   for (const int m : free_) {
     if (!bound[index(m)]) moving.push_back(m);
   }
-  for (int m = kCircuit; m < kUnknowns; ++m) moving.push_back(m);
-  const Unknowns move = -(inverse_over(here.normal, moving) * here.gradient);
-  const double variance = here.error / static_cast<double>(2 * problem_.judged());
+  moving.insert(moving.end(), whole_.linear_unknowns().begin(), whole_.linear_unknowns().end());
+  const double variance = here.error / static_cast<double>(2 * whole_.judged());
+  Normal normal = here.normal;
+  Unknowns gradient = here.gradient;
+  const auto at = as_array(theta);
+  for (const int m : free_) {
+    normal(m, m) += variance / (at[index(m)] * at[index(m)]);
+    gradient[m] += variance * std::log(at[index(m)] / nominal_[index(m)]) / at[index(m)];
+  }
+  const Unknowns move = -(inverse_over(normal, moving) * gradient);
   Step step;
-  step.part = std::sqrt(std::max(0.0, -move.dot(here.gradient)) / std::max(variance, 1e-300));
+  step.part = std::sqrt(std::max(0.0, -move.dot(gradient)) / std::max(variance, 1e-300));
   auto values = as_array(theta);
   for (const int m : free_) {
     const double old = values[index(m)];
@@ -170,20 +190,25 @@ TransientSearch::Step TransientSearch::step_from(const Theta& theta, const Linea
 }
 
 bool TransientSearch::polish(Theta& theta) {
-  Linearization here = linearize(theta);
+  Linearization here = linearize(whole_, theta);
   for (int count = 0; count < kMostPolishSteps; ++count) {
     const Step step = step_from(theta, here);
     if (step.part < kSettled) {
       theta = step.theta;
       return true;
     }
+    const double weight = here.error / static_cast<double>(2 * whole_.judged());
+    const double before = here.error + weight * wander(theta);
+    const auto better = [&](const Theta& at, const Linearization& there) {
+      return there.error + weight * wander(at) <= before;
+    };
     Theta tried = step.theta;
-    Linearization there = linearize(tried);
-    for (double length = 0.5; !(there.error <= here.error) && length > 0.01; length *= 0.5) {
+    Linearization there = linearize(whole_, tried);
+    for (double length = 0.5; !better(tried, there) && length > 0.01; length *= 0.5) {
       tried = between(theta, step.theta, length);
-      there = linearize(tried);
+      there = linearize(whole_, tried);
     }
-    if (!(there.error <= here.error)) return step.part < 0.05;
+    if (!better(tried, there)) return step.part < 0.05;
     theta = tried;
     here = there;
   }

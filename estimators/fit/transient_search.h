@@ -16,7 +16,9 @@ inline constexpr double kBoundHigh = 3.0;
 
 class TransientSearch {
  public:
-  TransientSearch(const RecordProblem& problem, const MachineParameters<double>& nominal, bool fit_R_s);
+  // quick: for NLopt, without the nuisance unknowns; whole: for the final steps.
+  TransientSearch(const RecordProblem& quick, const RecordProblem& whole,
+                  const MachineParameters<double>& nominal, bool fit_R_s);
 
   // NLopt's part, from theta. False when the optimizer fails outright.
   bool constrained_minimum(MachineParameters<double>& theta);
@@ -35,15 +37,19 @@ class TransientSearch {
   static double objective(unsigned n, const double* y, double* gradient, void* self);
   static void limits(unsigned m, double* result, unsigned n, const double* y, double* gradient, void* self);
   MachineParameters<double> at(const double* y) const;
-  Linearization linearize(const MachineParameters<double>& theta);
+  Linearization linearize(const RecordProblem& problem, const MachineParameters<double>& theta);
   Eigen::MatrixXd reduced_hessian(const MachineParameters<double>& theta, const Linearization& here) const;
+  double wander(
+      const MachineParameters<double>& theta) const;  // sum of ln(theta/nominal)^2 over what is free
   Step step_from(const MachineParameters<double>& theta, const Linearization& here) const;
 
-  const RecordProblem& problem_;
+  const RecordProblem& quick_;
+  const RecordProblem& whole_;
   std::array<double, kCircuit> nominal_;
   std::vector<int> free_;
   std::array<double, kCircuit> origin_{};  // theta at y = 0
   Eigen::MatrixXd to_log_;                 // inverse of U
+  double weight_ = 0.0;                    // A^2: w of the search by NLopt
   double scale_ = 1.0;  // A^2: a typical error, so that the objective is of order one near its minimum
   int evaluations_ = 0;
 };

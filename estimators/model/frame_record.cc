@@ -72,18 +72,23 @@ FilterStep filter_step(double tau, double h, double w_k) {
   return f;
 }
 
+void run_filter(std::vector<Complex>& signal, Complex start, const FilterStep& f) {
+  Complex x = signal.front();
+  signal.front() = start;
+  for (std::size_t k = 1; k < signal.size(); ++k) {
+    const Complex next = signal[k];
+    signal[k] = f.decay * signal[k - 1] + f.old * x + f.fresh * next;
+    x = next;
+  }
+}
+
 // Starts in the quasi-steady state of its input.
 void filter_like_voltage(FrameRecord& record, double tau) {
   record.filter_s = tau;
   record.judged_from = static_cast<std::size_t>(std::ceil(kFilterMemory * tau / record.sample_time_s));
   const FilterStep f = filter_step(tau, record.sample_time_s, record.w_k);
-  Complex x = record.i.front();
-  record.i.front() *= f.gain;
-  for (std::size_t k = 1; k < record.size(); ++k) {
-    const Complex next = record.i[k];
-    record.i[k] = f.decay * record.i[k - 1] + f.old * x + f.fresh * next;
-    x = next;
-  }
+  const Complex start = record.i.front() * f.gain;
+  run_filter(record.i, start, f);
   double power = 0.0;
   for (const Complex& response : record.filter_response()) power += std::norm(response);
   record.noise_gain = std::sqrt(power);
@@ -93,6 +98,12 @@ void filter_like_voltage(FrameRecord& record, double tau) {
 
 Complex FrameRecord::back(std::size_t k) const {
   return std::polar(1.0, w_k * sample_time_s * static_cast<double>(k));
+}
+
+void FrameRecord::filter(std::vector<Complex>& signal) const {
+  if (filter_s <= 0.0 || signal.empty()) return;
+  const FilterStep f = filter_step(filter_s, sample_time_s, w_k);
+  run_filter(signal, f.fresh * signal.front(), f);
 }
 
 std::vector<Complex> FrameRecord::filter_response() const {

@@ -31,6 +31,9 @@ struct FrameRecord {
   std::size_t size() const { return i.size(); }
   // The factor exp(j w_k t_k) that turns a vector of sample k back to the stationary frame.
   std::complex<double> back(std::size_t k) const;
+  // Passes a signal of the frame (one entry per sample) through the matched filter, from rest; nothing
+  // without a filter.
+  void filter(std::vector<std::complex<double>>& signal) const;
   // Impulse response of the matched filter in the frame, until it is forgotten; {1} without a filter.
   std::vector<std::complex<double>> filter_response() const;
 };

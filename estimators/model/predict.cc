@@ -19,7 +19,11 @@ std::vector<Complex> currents(const BaseMachine<double>& machine, const FrameRec
   return all;
 }
 
-}  // namespace
+// The parts of the current of a machine that is linear in its state, in the record's frame: what the voltage
+// drives from zero flux, and what 1 Wb of initial stator or rotor flux gives.
+struct LinearResponse {
+  std::vector<Complex> driven, by_stator, by_rotor;
+};
 
 LinearResponse linear_response(const MachineParameters<double>& p, const FrameRecord& record, int steps) {
   const BaseMachine<double> machine(p);
@@ -41,6 +45,8 @@ FluxState<double> best_initial_state(const LinearResponse& response, const Frame
   const Eigen::Vector2cd best = normal.ldlt().solve(right);
   return {Cx<double>(best[0]), Cx<double>(best[1])};
 }
+
+}  // namespace
 
 CurrentPrediction predict_current(const MachineParameters<double>& p, int pole_pairs,
                                   const TimeSeries& series) {

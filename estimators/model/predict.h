@@ -26,18 +26,4 @@ struct CurrentPrediction {
 CurrentPrediction predict_current(const MachineParameters<double>& machine, int pole_pairs,
                                   const TimeSeries& series);
 
-// The parts of the current of a machine that is linear in its state, A per sample, in the record's frame:
-// what the voltage drives from zero flux, and what 1 Wb of initial stator or rotor flux gives. i = driven +
-// by_stator psi_s(0) + by_rotor psi_r(0).
-struct LinearResponse {
-  std::vector<std::complex<double>> driven;
-  std::vector<std::complex<double>> by_stator;
-  std::vector<std::complex<double>> by_rotor;
-};
-LinearResponse linear_response(const MachineParameters<double>& machine, const FrameRecord& record,
-                               int steps);
-
-// Initial flux (Wb, in the record's frame) that fits the record's current best.
-FluxState<double> best_initial_state(const LinearResponse& response, const FrameRecord& record);
-
 }  // namespace imrig::est

@@ -19,6 +19,13 @@ namespace {
 
 using synthetic::Motor;
 
+// Statistics need many fits; the sanitizers' builds, fifty times slower, check the code on the other tests.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSlowBuild = true;
+#else
+constexpr bool kSlowBuild = false;
+#endif
+
 constexpr std::array<const char*, 3> kNames{"R_r", "L_l", "L_m"};
 
 MachineParameters<double> truth_of(const Motor& m) {
@@ -42,6 +49,7 @@ TEST(TransientFitTest, CleanRecordsGiveTheMotorBackFromWrongStarts) {
   for (const auto& m : synthetic::motors()) {
     const auto truth = truth_of(m);
     for (const double h : {20e-6, 60e-6, 200e-6, 1e-3}) {
+      if (kSlowBuild && h < 1e-3) continue;
       const std::size_t n = h < 1e-4 ? 5000 : h < 5e-4 ? 3000 : 1000;
       auto c = synthetic::step_case(m, 0.8, 0.9, m.slip, h, n);
       c.filter_s = std::max(200e-6, 2.0 * h);
@@ -160,6 +168,7 @@ void print_spread(const Motor& m, const Spread& s, int seeds) {
 }
 
 TEST(TransientFitTest, SpreadReachesTheCramerRaoBound) {
+  if (kSlowBuild) GTEST_SKIP() << "statistics are checked in the release build";
   const int seeds = 120;
   for (const std::size_t which : {0UL, 1UL, 3UL}) {
     const Motor& m = synthetic::motors()[which];
@@ -179,12 +188,16 @@ TEST(TransientFitTest, SpreadReachesTheCramerRaoBound) {
       EXPECT_LT(s.deviation[k] / bound[k], 1.15 + 0.08) << kNames[k];  // 120 seeds know the ratio to 6.5 %
       EXPECT_GT(s.deviation[k] / bound[k], 0.80) << kNames[k];
       EXPECT_LT(std::abs(s.bias[k]) / bound[k], 1.0 / 3.0) << kNames[k];
-      EXPECT_NEAR(s.stated[k] / bound[k], 1.0, 0.1) << kNames[k];
+      // An estimated voltage noise is never negative, so where there is none the stated sigma errs on the
+      // large side.
+      EXPECT_GT(s.stated[k] / bound[k], 0.95) << kNames[k];
+      EXPECT_LT(s.stated[k] / bound[k], 1.15) << kNames[k];
     }
   }
 }
 
 TEST(TransientFitTest, IntervalsCoverUnderNoiseOnCurrentVoltageAndSpeed) {
+  if (kSlowBuild) GTEST_SKIP() << "statistics are checked in the release build";
   const int seeds = 100;
   struct Condition {
     double slip, filter_s, current_A, voltage_V, speed_rpm;
@@ -235,6 +248,24 @@ TEST(TransientFitTest, StatorResistanceCanBeAFourthUnknown) {
   const TransientFit fit = fit_transient(to_frame(synthetic::record(m, c), m.pole_pairs), options);
   ASSERT_EQ(fit.failure, "");
   EXPECT_NEAR(fit.theta.R_s / truth.R_s, 1.0, 2e-3);
+}
+
+TEST(TransientFitTest, FaultsOfTheVoltageChannelsAreToldFromTheMachine) {
+  const Motor& m = synthetic::motors()[1];
+  const auto truth = truth_of(m);
+  auto c = synthetic::step_case(m, 0.5, 0.5, m.slip, 60e-6, 5000);
+  c.filter_s = 200e-6;
+  TimeSeries series = synthetic::record(m, c);
+  for (auto& v : series.v) {
+    const auto [a, b, n] = phases(v);
+    v = space_vector(1.006 * a, b, 0.994 * n) +
+        SpaceVector(0.3, -0.2);  // gains that differ between phases, and offsets
+  }
+  const TransientFit fit = fit_transient(to_frame(series, m.pole_pairs), options_near(truth, 1.0, 1.0, 1.0));
+  ASSERT_EQ(fit.failure, "");
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(three(fit.theta)[k] / three(truth)[k], 1.0, 5e-4) << kNames[k];
+  EXPECT_LT(fit.nrmse, 1e-3);
 }
 
 TEST(TransientFitTest, BoundsAreKeptAndReported) {
