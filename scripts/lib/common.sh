@@ -3,7 +3,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 cd "$root"
 
-say() { printf '%s\n' "$*"; }
+say() { printf '%s\n' "$@"; }  # each argument a line
 fail() { printf '%s\n' "$*" >&2; exit 2; }
 
 # Installs what is missing by package name; quick and silent when nothing is.
