@@ -213,7 +213,8 @@ Drive::Flow Drive::flow(const double* x) const {
   return flow;
 }
 
-void Drive::derivatives(const double* x, double* dx) const {
+// The innermost function of the plant: everything it calls is taken into it.
+[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx) const {
   Flow now = flow(x);
   dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();

@@ -30,13 +30,17 @@ class Generator {
         L_f_(config.L_field_H),
         R_(config.R_a_ohm + config.R_load_ohm),
         R_f_(config.R_field_ohm),
-        D_(L_ * L_f_ - 1.5 * M_ * M_) {}
+        D_(L_ * L_f_ - 1.5 * M_ * M_),
+        dd_(L_f_ / D_),
+        df_(M_ / D_),
+        ff_(L_ / D_),
+        qq_(1.0 / L_) {}
 
   Flow flow(double psi_d, double psi_q, double psi_f, double w_mech, double v_f) const {
     Flow flow;
-    flow.i_d = (L_f_ * psi_d - M_ * psi_f) / D_;
-    flow.i_q = psi_q / L_;
-    flow.i_f = (L_ * psi_f - 1.5 * M_ * psi_d) / D_;
+    flow.i_d = dd_ * psi_d - df_ * psi_f;
+    flow.i_q = qq_ * psi_q;
+    flow.i_f = ff_ * psi_f - 1.5 * df_ * psi_d;
     const double w = coupled_ ? p_ * w_mech : 0.0;
     flow.shaft_Nm = coupled_ ? 1.5 * p_ * (psi_d * flow.i_q - psi_q * flow.i_d) : 0.0;
     flow.d_psi_d = -R_ * flow.i_d + w * psi_q;
@@ -48,6 +52,7 @@ class Generator {
  private:
   bool coupled_;
   double p_, L_, M_, L_f_, R_, R_f_, D_;
+  double dd_, df_, ff_, qq_;  // inverse inductances, 1/H
 };
 
 }  // namespace imrig::plant

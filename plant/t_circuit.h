@@ -14,16 +14,22 @@ namespace imrig::plant {
 class TCircuit {
  public:
   explicit TCircuit(const MachineConfig& machine)
-      : L_s_(machine.L_s_H), L_r_(machine.L_r_H), L_m_(machine.L_m_H), D_(L_s_ * L_r_ - L_m_ * L_m_) {}
+      : L_r_(machine.L_r_H),
+        L_m_(machine.L_m_H),
+        D_(machine.L_s_H * L_r_ - L_m_ * L_m_),
+        ss_(L_r_ / D_),
+        rr_(machine.L_s_H / D_),
+        sr_(L_m_ / D_) {}
 
   Currents currents(std::complex<double> psi_s, std::complex<double> psi_r) const {
-    return {(L_r_ * psi_s - L_m_ * psi_r) / D_, (L_s_ * psi_r - L_m_ * psi_s) / D_};
+    return {ss_ * psi_s - sr_ * psi_r, rr_ * psi_r - sr_ * psi_s};
   }
   double transient_inductance() const { return D_ / L_r_; }  // d psi_s / d i_s at fixed psi_r
   double coupling() const { return L_m_ / L_r_; }            // d psi_s / d psi_r at fixed i_s
 
  private:
-  double L_s_, L_r_, L_m_, D_;
+  double L_r_, L_m_, D_;
+  double ss_, rr_, sr_;  // inverse matrix, 1/H: a division each time would cost more than the rest
 };
 
 }  // namespace imrig::plant
