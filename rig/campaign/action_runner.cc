@@ -37,8 +37,8 @@ Operating end_of(const Profile& profile) {
 
 }  // namespace
 
-ActionRunner::ActionRunner(RigView& view, Outbox& out, RecordFacts facts, int first_record_number, int first_profile_id,
-                           std::int64_t patience_us)
+ActionRunner::ActionRunner(RigView& view, Outbox& out, RecordFacts facts, int first_record_number,
+                           int first_profile_id, std::int64_t patience_us)
     : view_(view),
       out_(out),
       facts_(std::move(facts)),
@@ -78,11 +78,16 @@ std::string ActionRunner::step(Moment now) {
 
 std::string ActionRunner::run(const Action& action, Moment now) {
   switch (action.kind) {
-    case ActionKind::kLoad: return load(action, now);
-    case ActionKind::kProfile: return profile(action, now);
-    case ActionKind::kRest: return rest(action, now);
-    case ActionKind::kSettle: return settle(action, now);
-    case ActionKind::kRecord: return record(action, now);
+    case ActionKind::kLoad:
+      return load(action, now);
+    case ActionKind::kProfile:
+      return profile(action, now);
+    case ActionKind::kRest:
+      return rest(action, now);
+    case ActionKind::kSettle:
+      return settle(action, now);
+    case ActionKind::kRecord:
+      return record(action, now);
   }
   return "";
 }
@@ -141,7 +146,8 @@ bool ActionRunner::get_going(std::string& problem, Moment now) {
   }
   if (step_ == Step::kStart) {
     const bool runs = view_.watch.profile_start() >= 0;
-    if (!runs && !to_bridge_.busy() && !to_bridge_.error().empty()) return problem = "start: " + to_bridge_.error(), false;
+    if (!runs && !to_bridge_.busy() && !to_bridge_.error().empty())
+      return problem = "start: " + to_bridge_.error(), false;
     if (!runs) return problem = late(now, "the start"), false;
     to_bridge_.forget();
     step_ = Step::kRun;
@@ -183,7 +189,8 @@ std::string ActionRunner::rest(const Action& action, Moment now) {
 
 std::string ActionRunner::stall(const Action& action) {
   const auto& estimate = view_.estimate;
-  stalled_ = action.most_slip < 1.0 && estimate && estimate->valid != 0 && std::abs(estimate->slip) > action.most_slip;
+  stalled_ = action.most_slip < 1.0 && estimate && estimate->valid != 0 &&
+             std::abs(estimate->slip) > action.most_slip;
   return stalled_ ? fmt::format("the motor stalled (slip {:.2f})", estimate->slip) : "";
 }
 
@@ -195,7 +202,8 @@ std::string ActionRunner::settle(const Action& action, Moment now) {
     view_.estimate.reset();
     upload(actions_[action_ + 1].profile);
   }
-  const double elapsed_s = static_cast<double>(view_.watch.next_index() - since_index_) * view_.sample_time_s();
+  const double elapsed_s =
+      static_cast<double>(view_.watch.next_index() - since_index_) * view_.sample_time_s();
   if (elapsed_s < action.wait_s) return stuck(now);
   if (std::string why = stall(action); !why.empty()) return why;
   const bool steady = view_.estimate && view_.estimate->steady != 0;

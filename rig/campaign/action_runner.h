@@ -1,7 +1,8 @@
 #pragma once
-// Carries out the actions of one point, one after the other: commands to bridge and dyno with their answers, waits in rig time, the
-// record with its BEGIN and END. BEGIN is published before the START that makes its first sample and END after its last one came, so in
-// every receiver's order the record's samples lie between the two.
+// Carries out the actions of one point, one after the other: commands to bridge and dyno with their answers,
+// waits in rig time, the record with its BEGIN and END. BEGIN is published before the START that makes its
+// first sample and END after its last one came, so in every receiver's order the record's samples lie between
+// the two.
 
 #include <deque>
 #include <imrig_msg/bridge_cmd_t.hpp>
@@ -33,7 +34,8 @@ struct FinishedRecord {
 class ActionRunner {
  public:
   // view and out must outlive it. patience_us: steady time without progress after which an action fails.
-  ActionRunner(RigView& view, Outbox& out, RecordFacts facts, int first_record_number, int first_profile_id, std::int64_t patience_us);
+  ActionRunner(RigView& view, Outbox& out, RecordFacts facts, int first_record_number, int first_profile_id,
+               std::int64_t patience_us);
 
   // point may be null when no action records.
   void begin(std::vector<Action> actions, const CheckedPoint* point, Moment now);
@@ -58,7 +60,8 @@ class ActionRunner {
   std::int64_t since_index() const { return since_index_; }
   const Operating& operating() const { return operating_; }
   double excitation_A() const { return excitation_A_; }
-  // After a failure: goes on from the held operating point if the device still holds it and the motor turns, else from rest.
+  // After a failure: goes on from the held operating point if the device still holds it and the motor turns,
+  // else from rest.
   void recover();
 
   std::deque<FinishedRecord>& finished() { return finished_; }
@@ -95,11 +98,11 @@ class ActionRunner {
   std::vector<Action> actions_;
   const CheckedPoint* point_ = nullptr;
   std::size_t action_ = 0;
-  bool entered_ = false;         // the running action has been begun
+  bool entered_ = false;  // the running action has been begun
   Step step_ = Step::kUpload;
-  std::int64_t since_us_ = 0;    // steady time the running action began
-  std::int64_t since_index_ = 0; // sample index at which its waiting part began; -1: not yet
-  int loaded_profile_ = 0;       // uploaded, not yet started
+  std::int64_t since_us_ = 0;     // steady time the running action began
+  std::int64_t since_index_ = 0;  // sample index at which its waiting part began; -1: not yet
+  int loaded_profile_ = 0;        // uploaded, not yet started
   Operating operating_;
   double excitation_A_ = 0.0;
   bool recording_ = false;

@@ -1,6 +1,6 @@
 #pragma once
-// One command on its way to bridge or dyno: sent, sent again with a new sequence when no answer comes or the refusal is a passing one
-// (busy, stale), given up after a few tries.
+// One command on its way to bridge or dyno: sent, sent again with a new sequence when no answer comes or the
+// refusal is a passing one (busy, stale), given up after a few tries.
 
 #include <cstdint>
 #include <optional>
@@ -14,20 +14,23 @@
 namespace imrig {
 
 inline bool passing_refusal(CommandResult result) {
-  return result == CommandResult::kBusy || result == CommandResult::kStale || result == CommandResult::kNotNew;
+  return result == CommandResult::kBusy || result == CommandResult::kStale ||
+         result == CommandResult::kNotNew;
 }
 
 inline std::string refusal_sentence(std::int32_t result) {
   if (result >= static_cast<std::int32_t>(CommandResult::kDeviceBase))
-    return "refused by the device (code " + std::to_string(result - static_cast<std::int32_t>(CommandResult::kDeviceBase)) + ")";
+    return "refused by the device (code " +
+           std::to_string(result - static_cast<std::int32_t>(CommandResult::kDeviceBase)) + ")";
   return std::string(result_name(static_cast<CommandResult>(result)));
 }
 
 template <class Command, class Status>
 class CommandExchange {
  public:
-  static constexpr std::int64_t kAnswer_us = 1'500'000;  // steady time until an unanswered command is sent again
-  static constexpr std::int64_t kPause_us = 50'000;      // after a passing refusal
+  static constexpr std::int64_t kAnswer_us =
+      1'500'000;                                     // steady time until an unanswered command is sent again
+  static constexpr std::int64_t kPause_us = 50'000;  // after a passing refusal
   static constexpr int kTries = 6;
 
   void ask(const Command& command) {

@@ -17,13 +17,17 @@ constexpr double kCurrentMargin = 0.85;  // of the rig's limit, where the plan s
 constexpr double kSpeedMargin = 0.95;
 constexpr double kSticking = 0.2;  // share of the no-load torque that the bearings hold at rest for certain
 constexpr int kBisections = 48;
-constexpr double kSwing = 3.0;  // rotor and field swing at low frequency; peaks on the emulated 5 hp bench stay below this many times
+constexpr double kSwing = 3.0;  // rotor and field swing at low frequency; peaks on the emulated 5 hp bench
+                                // stay below this many times
 
-double limit_or(double plan, double rig, double margin) { return std::isnan(plan) ? margin * rig : std::min(plan, rig); }
+double limit_or(double plan, double rig, double margin) {
+  return std::isnan(plan) ? margin * rig : std::min(plan, rig);
+}
 
-// Slip between none and pull-out at which the motor gives the torque asked for; the pull-out slip when it cannot.
-double slip_on_branch(const SteadyPredictor& predict, double v_peak_V, double frequency_Hz, const PullOut& pull_out,
-                      const std::function<double(double slip)>& torque_Nm) {
+// Slip between none and pull-out at which the motor gives the torque asked for; the pull-out slip when it
+// cannot.
+double slip_on_branch(const SteadyPredictor& predict, double v_peak_V, double frequency_Hz,
+                      const PullOut& pull_out, const std::function<double(double slip)>& torque_Nm) {
   double low = 0.0;
   double high = pull_out.slip;
   for (int k = 0; k < kBisections; ++k) {
@@ -36,7 +40,8 @@ double slip_on_branch(const SteadyPredictor& predict, double v_peak_V, double fr
 // Everything that holds at one (v, f) with one step.
 class Place {
  public:
-  Place(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict, const PlanPoint& point, double v_peak_V)
+  Place(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict, const PlanPoint& point,
+        double v_peak_V)
       : rig_(rig), predict_(predict), f_(point.frequency_Hz), v_(v_peak_V), limits_(plan.limits) {
     current_limit_ = limit_or(plan.limits.current_A, rig.limits.current_A, kCurrentMargin);
     pull_out_ = imrig::pull_out(predict, v_, f_);
@@ -54,7 +59,8 @@ class Place {
 
   // Slip at which the motor carries the load; the pull-out slip when it cannot.
   double slip_for(double load_Nm) const {
-    return slip_on_branch(predict_, v_, f_, pull_out_, [&](double slip) { return load_Nm + friction_Nm(slip); });
+    return slip_on_branch(predict_, v_, f_, pull_out_,
+                          [&](double slip) { return load_Nm + friction_Nm(slip); });
   }
 
   // What forbids the load, or nullptr.
@@ -110,7 +116,8 @@ void forbid(CheckedPoint& checked, const std::string& why) {
 std::string told(double x, const char* unit) { return fmt::format("{:.3g} {}", x, unit); }
 
 // The voltage that gives the wanted current at rest; its torque must be well below what the bearings hold.
-void check_locked_sweep(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict, CheckedPoint& checked) {
+void check_locked_sweep(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict,
+                        CheckedPoint& checked) {
   const PlanPoint& point = checked.point;
   const double limit = limit_or(plan.limits.current_A, rig.limits.current_A, kCurrentMargin);
   checked.voltage_V = checked.stepped_V = point.level_A / predict(1.0, point.frequency_Hz, 1.0).current_A;
@@ -123,7 +130,8 @@ void check_locked_sweep(const Plan& plan, const RigConfig& rig, const SteadyPred
     return forbid(checked, fmt::format("its torque of {} may turn the shaft, whose friction surely holds {}",
                                        told(checked.torque_Nm, "N m"), told(held_Nm, "N m")));
   if (checked.current_A > limit)
-    forbid(checked, fmt::format("current {} is above the limit of {}", told(checked.current_A, "A"), told(limit, "A")));
+    forbid(checked, fmt::format("current {} is above the limit of {}", told(checked.current_A, "A"),
+                                told(limit, "A")));
 }
 
 void check_at_rest(const Plan& plan, const RigConfig& rig, CheckedPoint& checked) {
@@ -135,11 +143,13 @@ void check_at_rest(const Plan& plan, const RigConfig& rig, CheckedPoint& checked
                           : std::abs(point.tones.offset_A) + std::accumulate(tones.begin(), tones.end(), 0.0);
   checked.current_peak_A = checked.current_A;
   if (checked.current_A > limit)
-    forbid(checked, fmt::format("current {} is above the limit of {}", told(checked.current_A, "A"), told(limit, "A")));
+    forbid(checked, fmt::format("current {} is above the limit of {}", told(checked.current_A, "A"),
+                                told(limit, "A")));
 }
 
 // Inrush with the shaft at rest, or the current that the acceleration of a ramp asks for half-way.
-void check_startup(const RigConfig& rig, const Place& place, const SteadyPredictor& predict, CheckedPoint& checked) {
+void check_startup(const RigConfig& rig, const Place& place, const SteadyPredictor& predict,
+                   CheckedPoint& checked) {
   const PlanPoint& point = checked.point;
   if (point.ramp_s <= 0.0) {
     const double X = 2 * kPi * point.frequency_Hz * rig.motor.L_l_H;
@@ -152,8 +162,8 @@ void check_startup(const RigConfig& rig, const Place& place, const SteadyPredict
   const double f_half = 0.5 * point.frequency_Hz;
   const PullOut half = pull_out(predict, v_half, f_half);
   if (torque > half.torque_Nm) {
-    forbid(checked, fmt::format("the ramp asks for {} to accelerate, pull-out half-way is {}", told(torque, "N m"),
-                                told(half.torque_Nm, "N m")));
+    forbid(checked, fmt::format("the ramp asks for {} to accelerate, pull-out half-way is {}",
+                                told(torque, "N m"), told(half.torque_Nm, "N m")));
   }
   const double slip = slip_on_branch(predict, v_half, f_half, half, [torque](double) { return torque; });
   checked.current_peak_A = kSwing * predict(v_half, f_half, slip).current_A;
@@ -174,7 +184,8 @@ void check_load(const RigConfig& rig, const Place& place, CheckedPoint& checked)
                                 told(checked.most_Nm, "N m"), checked.most_by));
 }
 
-void check_running(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict, CheckedPoint& checked) {
+void check_running(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict,
+                   CheckedPoint& checked) {
   const PlanPoint& point = checked.point;
   const Place place(plan, rig, predict, point, checked.voltage_V);
   checked.pull_out_Nm = place.pull_out().torque_Nm;
@@ -188,14 +199,15 @@ void check_running(const Plan& plan, const RigConfig& rig, const SteadyPredictor
     return forbid(checked, fmt::format("{} is above the {} that the inverter gives", told(highest_V, "V"),
                                        told(rig.limits.voltage_V, "V")));
   if (synchronous_rpm > speed_limit)
-    return forbid(checked, fmt::format("synchronous speed {} is above the limit of {}", told(synchronous_rpm, "rpm"),
-                                       told(speed_limit, "rpm")));
+    return forbid(checked, fmt::format("synchronous speed {} is above the limit of {}",
+                                       told(synchronous_rpm, "rpm"), told(speed_limit, "rpm")));
   if (friction > plan.limits.pull_out_margin * checked.pull_out_Nm)
-    return forbid(checked, fmt::format("the no-load torque of {} is too much for a pull-out torque of {}", told(friction, "N m"),
-                                       told(checked.pull_out_Nm, "N m")));
+    return forbid(checked, fmt::format("the no-load torque of {} is too much for a pull-out torque of {}",
+                                       told(friction, "N m"), told(checked.pull_out_Nm, "N m")));
   if (checked.current_peak_A > place.current_limit_A())
-    return forbid(checked, fmt::format("peak current {} is above the limit of {}", told(checked.current_peak_A, "A"),
-                                       told(place.current_limit_A(), "A")));
+    return forbid(checked,
+                  fmt::format("peak current {} is above the limit of {}", told(checked.current_peak_A, "A"),
+                              told(place.current_limit_A(), "A")));
 }
 
 }  // namespace
@@ -207,21 +219,24 @@ PullOut pull_out(const SteadyPredictor& predict, double v_peak_V, double frequen
   const auto slip_of = [](double k) { return kLeastSlip * std::pow(1.0 / kLeastSlip, k / kScan); };
   int best = 0;
   for (int k = 1; k <= kScan; ++k)
-    if (predict(v_peak_V, frequency_Hz, slip_of(k)).torque_Nm > predict(v_peak_V, frequency_Hz, slip_of(best)).torque_Nm) best = k;
+    if (predict(v_peak_V, frequency_Hz, slip_of(k)).torque_Nm >
+        predict(v_peak_V, frequency_Hz, slip_of(best)).torque_Nm)
+      best = k;
   double low = std::max(0, best - 1);
   double high = std::min(kScan, best + 1);
   for (int k = 0; k < 60; ++k) {
     const double a = low + (high - low) / 3;
     const double b = high - (high - low) / 3;
-    const bool rising =
-        predict(v_peak_V, frequency_Hz, slip_of(a)).torque_Nm < predict(v_peak_V, frequency_Hz, slip_of(b)).torque_Nm;
+    const bool rising = predict(v_peak_V, frequency_Hz, slip_of(a)).torque_Nm <
+                        predict(v_peak_V, frequency_Hz, slip_of(b)).torque_Nm;
     (rising ? low : high) = rising ? a : b;
   }
   const double slip = slip_of(0.5 * (low + high));
   return {predict(v_peak_V, frequency_Hz, slip).torque_Nm, slip};
 }
 
-std::vector<CheckedPoint> check_points(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict) {
+std::vector<CheckedPoint> check_points(const Plan& plan, const RigConfig& rig,
+                                       const SteadyPredictor& predict) {
   std::vector<CheckedPoint> all;
   for (std::size_t k = 0; k < plan.points.size(); ++k) {
     CheckedPoint checked;

@@ -1,8 +1,9 @@
 #pragma once
-// Which points of a plan the rig can carry, and what is to be expected there: current, slip, torque, pull-out, generator, time.
-// The motor is known only through a steady-state predictor that the caller hands in, so that rig/campaign needs no motor model.
-// Torque balance at the shaft: T(v, f, slip) = load + friction(speed), on the branch between no load and pull-out.
-// Friction is the configuration's no-load torque at rated speed, taken proportional to speed.
+// Which points of a plan the rig can carry, and what is to be expected there: current, slip, torque,
+// pull-out, generator, time. The motor is known only through a steady-state predictor that the caller hands
+// in, so that rig/campaign needs no motor model. Torque balance at the shaft: T(v, f, slip) = load +
+// friction(speed), on the branch between no load and pull-out. Friction is the configuration's no-load torque
+// at rated speed, taken proportional to speed.
 
 #include <functional>
 #include <string>
@@ -14,8 +15,8 @@
 namespace imrig {
 
 struct SteadyPrediction {
-  double current_A = 0.0;   // peak
-  double torque_Nm = 0.0;   // electromagnetic, positive when motoring
+  double current_A = 0.0;  // peak
+  double torque_Nm = 0.0;  // electromagnetic, positive when motoring
 };
 
 // Steady state at peak phase voltage in V, stator frequency in Hz, slip (0..1].
@@ -25,25 +26,26 @@ using SteadyPredictor = std::function<SteadyPrediction(double v_peak_V, double f
 struct CheckedPoint {
   PlanPoint point;
   int plan_index = 0;
-  double voltage_V = 0.0;          // peak, before the step
-  double stepped_V = 0.0;          // peak, after the step
+  double voltage_V = 0.0;  // peak, before the step
+  double stepped_V = 0.0;  // peak, after the step
   double load_Nm = 0.0;
-  double excitation_A = 0.0;       // field current that gives the load, by the nominal generator
+  double excitation_A = 0.0;  // field current that gives the load, by the nominal generator
   double slip = std::numeric_limits<double>::quiet_NaN();
   double speed_rpm = std::numeric_limits<double>::quiet_NaN();
-  double torque_Nm = std::numeric_limits<double>::quiet_NaN();      // load and friction
+  double torque_Nm = std::numeric_limits<double>::quiet_NaN();  // load and friction
   double pull_out_Nm = std::numeric_limits<double>::quiet_NaN();
-  double most_Nm = std::numeric_limits<double>::quiet_NaN();        // the largest load the point can carry
-  std::string most_by;             // what bounds it: "pull-out", "current", "slip" or "generator"
-  double current_A = 0.0;          // peak, steady
-  double current_peak_A = 0.0;     // with the step's or the start's transient
-  double time_s = 0.0;             // rig time, the way there from the point before it included
+  double most_Nm = std::numeric_limits<double>::quiet_NaN();  // the largest load the point can carry
+  std::string most_by;          // what bounds it: "pull-out", "current", "slip" or "generator"
+  double current_A = 0.0;       // peak, steady
+  double current_peak_A = 0.0;  // with the step's or the start's transient
+  double time_s = 0.0;          // rig time, the way there from the point before it included
   bool feasible = true;
-  std::string why;                 // why not, in one phrase
+  std::string why;  // why not, in one phrase
 };
 
 // In the plan's order; time_s is filled by sequence.h.
-std::vector<CheckedPoint> check_points(const Plan& plan, const RigConfig& rig, const SteadyPredictor& predict);
+std::vector<CheckedPoint> check_points(const Plan& plan, const RigConfig& rig,
+                                       const SteadyPredictor& predict);
 
 // Largest torque over slip at (v, f) and the slip where it lies.
 struct PullOut {

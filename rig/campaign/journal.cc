@@ -86,7 +86,9 @@ int open_for_append(const std::string& path, int flags) {
 }  // namespace
 
 std::string journal_path(const std::string& folder) { return folder + "/journal.jsonl"; }
-std::string log_part_path(const std::string& folder, int part) { return fmt::format("{}/log-{:03}.lcm", folder, part); }
+std::string log_part_path(const std::string& folder, int part) {
+  return fmt::format("{}/log-{:03}.lcm", folder, part);
+}
 int count_log_parts(const std::string& folder) {
   int part = 0;
   while (std::filesystem::exists(log_part_path(folder, part))) ++part;
@@ -107,7 +109,8 @@ JournalState read_journal(const std::string& folder) {
       break;
     }
     try {
-      replay.line(json::parse(text.begin() + static_cast<std::ptrdiff_t>(at), text.begin() + static_cast<std::ptrdiff_t>(end)),
+      replay.line(json::parse(text.begin() + static_cast<std::ptrdiff_t>(at),
+                              text.begin() + static_cast<std::ptrdiff_t>(end)),
                   line == 0);
     } catch (const json::exception&) {
       throw Error(fmt::format("{}:{}", path, line + 1), "is no line of a campaign's journal",
@@ -133,15 +136,15 @@ void require_same(const JournalIdentity& then, const JournalIdentity& now, const
 
 Journal Journal::begin(const std::string& folder, const JournalIdentity& id, int part) {
   Journal journal(open_for_append(journal_path(folder), O_CREAT | O_EXCL), part);
-  journal.write_line(json{{"event", "start"},
-                          {"version", 1},
-                          {"plan", id.plan},
-                          {"plan_hash", in_hex(id.plan_hash)},
-                          {"rig_hash", in_hex(id.rig_hash)},
-                          {"plant_hash", in_hex(id.plant_hash)},
-                          {"points", id.points},
-                          {"part", part}}
-                         .dump());
+  journal.write_line(json{
+      {"event", "start"},
+      {"version", 1},
+      {"plan", id.plan},
+      {"plan_hash", in_hex(id.plan_hash)},
+      {"rig_hash", in_hex(id.rig_hash)},
+      {"plant_hash", in_hex(id.plant_hash)},
+      {"points", id.points},
+      {"part", part}}.dump());
   flush_folder(folder);
   return journal;
 }
@@ -149,7 +152,8 @@ Journal Journal::begin(const std::string& folder, const JournalIdentity& id, int
 Journal Journal::resume(const std::string& folder, const JournalState& state, int part) {
   Journal journal(open_for_append(journal_path(folder), 0), part);
   if (::ftruncate(journal.fd_, state.whole_bytes) != 0)
-    throw Error(journal_path(folder), std::string("cannot be cut to its last whole line: ") + std::strerror(errno));
+    throw Error(journal_path(folder),
+                std::string("cannot be cut to its last whole line: ") + std::strerror(errno));
   journal.write_line(json{{"event", "resume"}, {"part", journal.part_}}.dump());
   return journal;
 }
@@ -169,7 +173,8 @@ void Journal::write_line(const std::string& line) {
     if (wrote < 0) throw Error("journal.jsonl", std::string("cannot be written: ") + std::strerror(errno));
     done += static_cast<std::size_t>(wrote);
   }
-  if (::fdatasync(fd_) != 0) throw Error("journal.jsonl", std::string("cannot be flushed to disk: ") + std::strerror(errno));
+  if (::fdatasync(fd_) != 0)
+    throw Error("journal.jsonl", std::string("cannot be flushed to disk: ") + std::strerror(errno));
 }
 
 void Journal::record_begun(const std::string& id, int number) {
@@ -177,7 +182,11 @@ void Journal::record_begun(const std::string& id, int number) {
 }
 
 void Journal::point_done(const DonePoint& point, bool recovered) {
-  json entry{{"event", "point"}, {"id", point.id}, {"number", point.number}, {"part", point.part}, {"samples", point.samples}};
+  json entry{{"event", "point"},
+             {"id", point.id},
+             {"number", point.number},
+             {"part", point.part},
+             {"samples", point.samples}};
   if (recovered) entry["recovered"] = true;
   write_line(entry.dump());
 }

@@ -20,14 +20,17 @@ using imrig_msg::samples_t;
 class Scanner {
  public:
   Scanner(LogScan& scan, const std::string& prefix)
-      : scan_(scan), record_channel_(prefix + "_" + channel::kRecord), samples_channel_(prefix + "_" + channel::kSamples) {}
+      : scan_(scan),
+        record_channel_(prefix + "_" + channel::kRecord),
+        samples_channel_(prefix + "_" + channel::kSamples) {}
 
   void part(const std::string& path, int part) {
     EventLogReader reader(path);
     samples_.clear();
     for (LogEvent event; reader.next(event);) {
       if (event.channel == samples_channel_) {
-        if (const auto block = guarded_decode<samples_t>(event.data); block && block->record != 0) samples_[block->record] += block->n;
+        if (const auto block = guarded_decode<samples_t>(event.data); block && block->record != 0)
+          samples_[block->record] += block->n;
       } else if (event.channel == record_channel_) {
         if (const auto record = guarded_decode<record_t>(event.data)) take(*record, part);
       }

@@ -1,6 +1,7 @@
 #pragma once
-// Which records of a campaign's log parts are whole: RECORD END complete, and as many samples before it as it names. What --resume
-// compares the journal with. A torn tail (a crash) is no fault; a part that holds no event at all is passed over.
+// Which records of a campaign's log parts are whole: RECORD END complete, and as many samples before it as it
+// names. What --resume compares the journal with. A torn tail (a crash) is no fault; a part that holds no
+// event at all is passed over.
 
 #include <string>
 #include <vector>

@@ -25,7 +25,8 @@ std::string RigView::missing() const {
   if (!bridge) return "imrig-bridge does not answer on the bus; start the rig with imrig up";
   if (bridge->link_state != bridge_status_t::LINK_UP || !watch.seen()) return "no DSP answers imrig-bridge";
   if (needs_dyno && !dyno) return "imrig-dyno does not answer on the bus; start the rig with imrig up";
-  if (needs_dyno && dyno->link_state != dyno_status_t::LINK_UP) return "no excitation supply answers imrig-dyno";
+  if (needs_dyno && dyno->link_state != dyno_status_t::LINK_UP)
+    return "no excitation supply answers imrig-dyno";
   if (needs_recorder && !recorder) return "imrig-recorder does not acknowledge samples";
   return "";
 }

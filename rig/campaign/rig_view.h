@@ -19,7 +19,7 @@ struct RigView {
   std::optional<imrig_msg::dyno_status_t> dyno;
   std::optional<imrig_msg::ack_t> recorder;
   std::optional<imrig_msg::estimate_t> estimate;
-  std::int64_t bridge_us = 0;    // steady time it was heard last
+  std::int64_t bridge_us = 0;  // steady time it was heard last
   std::int64_t dyno_us = 0;
   std::int64_t recorder_us = 0;
   SampleWatch watch;

@@ -16,8 +16,10 @@ using namespace imrig_msg;
 
 constexpr std::int64_t kHeartbeat_us = 200'000;
 constexpr std::int64_t kStatus_us = 500'000;
-constexpr std::int64_t kConfirm_us = 10'000'000;  // until the recorder must have said that a record is on disk
-constexpr std::int64_t kStop_us = 12'000'000;     // until a stop is given up and the leases are let go, which stops too
+constexpr std::int64_t kConfirm_us =
+    10'000'000;  // until the recorder must have said that a record is on disk
+constexpr std::int64_t kStop_us =
+    12'000'000;  // until a stop is given up and the leases are let go, which stops too
 constexpr std::int64_t kUsualStatus_us = 500'000;  // a status comes ten times as often
 constexpr int kFailedInRow = 3;
 constexpr double kZeros_s = 0.3;
@@ -33,9 +35,10 @@ struct Runner::State {
       : c(std::move(config)),
         bridge_lease(heartbeat_t::BRIDGE, c.holder, std::int64_t{1000} * c.rig.limits.lease_ms),
         dyno_lease(heartbeat_t::DYNO, c.holder, std::int64_t{1000} * c.rig.limits.lease_ms),
-        actions(view, out, {c.plan.name, c.config_hash, c.rig.motor.pole_pairs}, c.first_record_number, c.first_profile_id,
-                c.patience_us) {
-    view.needs_dyno = std::any_of(c.points.begin(), c.points.end(), [](const CheckedPoint& p) { return p.excitation_A > 0; });
+        actions(view, out, {c.plan.name, c.config_hash, c.rig.motor.pole_pairs}, c.first_record_number,
+                c.first_profile_id, c.patience_us) {
+    view.needs_dyno = std::any_of(c.points.begin(), c.points.end(),
+                                  [](const CheckedPoint& p) { return p.excitation_A > 0; });
     view.needs_recorder = c.needs_recorder;
     done = c.points_total - static_cast<int>(c.points.size());
   }
@@ -71,7 +74,9 @@ struct Runner::State {
     phase_since_us = now.steady_us;
   }
   std::int64_t waited_us(Moment now) const { return now.steady_us - phase_since_us; }
-  bool ending() const { return phase == Phase::kStopping || phase == Phase::kRelease || phase == Phase::kEnd; }
+  bool ending() const {
+    return phase == Phase::kStopping || phase == Phase::kRelease || phase == Phase::kEnd;
+  }
 
   // ---- ends ---------------------------------------------------------------------------------------------
 
@@ -97,8 +102,10 @@ struct Runner::State {
     if (ending()) return;
     if (!stop_wanted.empty()) return abandon(RunnerEnd::kStopped, stop_wanted, now);
     if (phase == Phase::kConnect) return;
-    if (trip = view.trip(); trip != 0) return abandon(RunnerEnd::kTripped, "the rig tripped: " + trip_word(trip), now);
-    if (const std::string why = view.failed(now.steady_us); !why.empty()) return abandon(RunnerEnd::kFailed, why, now);
+    if (trip = view.trip(); trip != 0)
+      return abandon(RunnerEnd::kTripped, "the rig tripped: " + trip_word(trip), now);
+    if (const std::string why = view.failed(now.steady_us); !why.empty())
+      return abandon(RunnerEnd::kFailed, why, now);
     if (bridge_lease.lost()) return lease_lost("imrig-bridge", view.bridge_us, now);
     if (dyno_lease.lost()) return lease_lost("imrig-dyno", view.dyno_us, now);
   }
@@ -106,7 +113,9 @@ struct Runner::State {
   // A dead process loses its lease first; that it is dead says more.
   void lease_lost(const char* who, std::int64_t heard_us, Moment now) {
     const bool dead = now.steady_us - heard_us > kUsualStatus_us;
-    abandon(RunnerEnd::kFailed, dead ? fmt::format("{} is silent", who) : fmt::format("the command lease of {} was lost", who), now);
+    abandon(RunnerEnd::kFailed,
+            dead ? fmt::format("{} is silent", who) : fmt::format("the command lease of {} was lost", who),
+            now);
   }
 
   // ---- start --------------------------------------------------------------------------------------------
@@ -117,8 +126,10 @@ struct Runner::State {
       return;
     }
     if (const std::int32_t stands = view.trip(); stands != 0)
-      return finish(RunnerEnd::kFailed, fmt::format("the rig stands tripped ({}); find the cause, then imrig reset", trip_word(stands)),
-                    now);
+      return finish(
+          RunnerEnd::kFailed,
+          fmt::format("the rig stands tripped ({}); find the cause, then imrig reset", trip_word(stands)),
+          now);
     if (view.bridge->run_state != bridge_status_t::IDLE)
       return finish(RunnerEnd::kFailed, "the motor is being driven by somebody else", now);
     bridge_lease.acquire();
@@ -135,7 +146,8 @@ struct Runner::State {
     }
     if (waited_us(now) < c.patience_us) return;
     const bool taken = bridge_lease.other_holder() != 0 || dyno_lease.other_holder() != 0;
-    abandon(RunnerEnd::kFailed, taken ? "somebody else commands the rig" : "no command lease was granted", now);
+    abandon(RunnerEnd::kFailed, taken ? "somebody else commands the rig" : "no command lease was granted",
+            now);
   }
 
   void publish_dataset() {
@@ -144,7 +156,8 @@ struct Runner::State {
     d.dataset_v1 = 1;
     d.name = c.plan.name;
     d.pole_pairs = c.rig.motor.pole_pairs;
-    d.noise_current_A = d.noise_voltage_V = d.noise_speed_rad_s = d.noise_torque_Nm = d.noise_power_W = std::nan("");
+    d.noise_current_A = d.noise_voltage_V = d.noise_speed_rad_s = d.noise_torque_Nm = d.noise_power_W =
+        std::nan("");
     d.accuracy_current_gain = c.rig.accuracy.current_gain;
     d.accuracy_voltage_gain = c.rig.accuracy.voltage_gain;
     out.emit(d);
@@ -195,14 +208,16 @@ struct Runner::State {
       attempt = 1;
       failed_in_row += actions.stalled() ? 0 : 1;  // a corner of the grid may stall point after point
       if (failed_in_row >= kFailedInRow)
-        return abandon(RunnerEnd::kFailed, fmt::format("{} points in a row failed; {}: {}", failed_in_row, event.id, why), now);
+        return abandon(RunnerEnd::kFailed,
+                       fmt::format("{} points in a row failed; {}: {}", failed_in_row, event.id, why), now);
     }
     actions.recover();
     begin_point(now);
   }
 
   void rest(Moment now) {
-    if (const std::string problem = actions.step(now); !problem.empty()) return abandon(RunnerEnd::kFailed, problem, now);
+    if (const std::string problem = actions.step(now); !problem.empty())
+      return abandon(RunnerEnd::kFailed, problem, now);
     if (!actions.done()) return;
     actions.ask_load_off();
     enter(Phase::kConfirm, now);
@@ -233,13 +248,15 @@ struct Runner::State {
   void all_confirmed(Moment now) {
     if (!actions.finished().empty() || actions.commands_pending()) return;
     if (failed == 0) return finish(RunnerEnd::kDone, "", now);
-    finish(RunnerEnd::kFailed, fmt::format("{} of {} points could not be taken", failed, c.points_total), now);
+    finish(RunnerEnd::kFailed, fmt::format("{} of {} points could not be taken", failed, c.points_total),
+           now);
   }
 
   // ---- stop and release ---------------------------------------------------------------------------------
 
   void stopping(Moment now) {
-    const bool motor_off = view.bridge->run_state == bridge_status_t::IDLE || view.bridge->run_state == bridge_status_t::TRIPPED;
+    const bool motor_off =
+        view.bridge->run_state == bridge_status_t::IDLE || view.bridge->run_state == bridge_status_t::TRIPPED;
     const bool load_off = !view.dyno || view.dyno->run_state != dyno_status_t::ON;
     const bool off = motor_off && load_off && !actions.commands_pending() && actions.finished().empty();
     if (off || waited_us(now) > kStop_us) enter(Phase::kRelease, now);
@@ -324,15 +341,24 @@ struct Runner::State {
   void advance(Moment now) {
     check_health(now);
     switch (phase) {
-      case Phase::kConnect: return connect(now);
-      case Phase::kLease: return lease(now);
-      case Phase::kZeros: return zeros(now);
-      case Phase::kPoints: return points(now);
-      case Phase::kRest: return rest(now);
-      case Phase::kConfirm: return all_confirmed(now);
-      case Phase::kStopping: return stopping(now);
-      case Phase::kRelease: return release(now);
-      case Phase::kEnd: return;
+      case Phase::kConnect:
+        return connect(now);
+      case Phase::kLease:
+        return lease(now);
+      case Phase::kZeros:
+        return zeros(now);
+      case Phase::kPoints:
+        return points(now);
+      case Phase::kRest:
+        return rest(now);
+      case Phase::kConfirm:
+        return all_confirmed(now);
+      case Phase::kStopping:
+        return stopping(now);
+      case Phase::kRelease:
+        return release(now);
+      case Phase::kEnd:
+        return;
     }
   }
 
@@ -350,11 +376,16 @@ struct Runner::State {
 
 const char* end_word(RunnerEnd end) {
   switch (end) {
-    case RunnerEnd::kDone: return "done";
-    case RunnerEnd::kStopped: return "stopped";
-    case RunnerEnd::kTripped: return "tripped";
-    case RunnerEnd::kFailed: return "failed";
-    case RunnerEnd::kRunning: return "running";
+    case RunnerEnd::kDone:
+      return "done";
+    case RunnerEnd::kStopped:
+      return "stopped";
+    case RunnerEnd::kTripped:
+      return "tripped";
+    case RunnerEnd::kFailed:
+      return "failed";
+    case RunnerEnd::kRunning:
+      return "running";
   }
   return "";
 }
@@ -377,7 +408,8 @@ void Runner::on(const dyno_status_t& message, Moment now) {
 void Runner::on(const samples_t& message, Moment now) { s_->view.watch.on(message, now.steady_us); }
 
 void Runner::on(const estimate_t& message, Moment) {
-  const bool of_now = message.boot_id == s_->view.watch.boot_id() && message.first_index >= s_->actions.since_index();
+  const bool of_now =
+      message.boot_id == s_->view.watch.boot_id() && message.first_index >= s_->actions.since_index();
   if (of_now) s_->view.estimate = message;
 }
 
@@ -401,6 +433,8 @@ std::string Runner::end_reason() const { return s_->reason; }
 int Runner::points_done() const { return s_->done; }
 int Runner::points_failed() const { return s_->failed; }
 std::int64_t Runner::lost_blocks() const { return s_->view.watch.lost_blocks(); }
-std::string Runner::point_id() const { return s_->point < s_->c.points.size() ? s_->c.points[s_->point].point.id : ""; }
+std::string Runner::point_id() const {
+  return s_->point < s_->c.points.size() ? s_->c.points[s_->point].point.id : "";
+}
 
 }  // namespace imrig

@@ -1,13 +1,14 @@
 #pragma once
-// Runs a campaign: a state machine that is fed with messages and time and answers with messages to publish and events for the journal.
-// No LCM, clock, thread or file in here; session.h gives it a bus and a journal.
+// Runs a campaign: a state machine that is fed with messages and time and answers with messages to publish
+// and events for the journal. No LCM, clock, thread or file in here; session.h gives it a bus and a journal.
 //
 //   connect -> lease -> zeros -> points -> rest -> confirm -> release -> end
 //   any of these --stop, trip, failure--> stopping -> release -> end
 //
-// zeros: gates off at rest, for the sensors' zeros. A record is complete when every sample of it came, here and at the recorder, in one
-// piece; else it ends as aborted and the point is run again, at most `retries` times. A point is done once the recorder says that
-// its record's end is on disk. A trip, a lost lease or a silent process ends the campaign: the rig is stopped, never left holding.
+// zeros: gates off at rest, for the sensors' zeros. A record is complete when every sample of it came, here
+// and at the recorder, in one piece; else it ends as aborted and the point is run again, at most `retries`
+// times. A point is done once the recorder says that its record's end is on disk. A trip, a lost lease or a
+// silent process ends the campaign: the rig is stopped, never left holding.
 
 #include <cstdint>
 #include <imrig_msg/lease_t.hpp>
@@ -25,19 +26,19 @@ namespace imrig {
 
 struct RunnerConfig {
   RigConfig rig;
-  Plan plan;                          // name and rates
+  Plan plan;  // name and rates
   std::int64_t config_hash = 0;
-  std::vector<CheckedPoint> points;   // in the order to run, finished ones left out
-  int points_total = 0;               // with those finished in earlier runs
+  std::vector<CheckedPoint> points;  // in the order to run, finished ones left out
+  int points_total = 0;              // with those finished in earlier runs
   int first_record_number = 1;
   int first_profile_id = 1;
-  int retries = 2;                    // of a point, after its first attempt
+  int retries = 2;                        // of a point, after its first attempt
   std::int64_t patience_us = 10'000'000;  // steady time without progress after which the campaign gives up
-  std::int64_t holder = 1;            // this client's id at the leases
-  std::int64_t instance = 1;          // of the heartbeat
+  std::int64_t holder = 1;                // this client's id at the leases
+  std::int64_t instance = 1;              // of the heartbeat
   std::int32_t pid = 0;
-  bool needs_recorder = true;         // wait for a recorder's acknowledgements
-  std::int32_t recorder_pid = 0;      // of the campaign's own recorder; 0: any
+  bool needs_recorder = true;     // wait for a recorder's acknowledgements
+  std::int32_t recorder_pid = 0;  // of the campaign's own recorder; 0: any
 };
 
 enum class RunnerEnd { kRunning, kDone, kStopped, kTripped, kFailed };
@@ -57,12 +58,13 @@ class Runner {
   void request_stop(const std::string& why);      // stop safely
   void fail(const std::string& why, Moment now);  // likewise, because something broke
 
-  // Call after every batch of messages and at least every 20 ms. What it returns is to be published, or written, in this order.
+  // Call after every batch of messages and at least every 20 ms. What it returns is to be published, or
+  // written, in this order.
   std::vector<RunnerOutput> step(Moment now);
 
-  RunnerEnd end() const;             // kRunning until the rig rests and the leases are given back
-  std::string end_reason() const;    // one sentence, empty when done
-  int points_done() const;           // earlier runs included
+  RunnerEnd end() const;           // kRunning until the rig rests and the leases are given back
+  std::string end_reason() const;  // one sentence, empty when done
+  int points_done() const;         // earlier runs included
   int points_failed() const;
   std::int64_t lost_blocks() const;  // of samples, as seen by the campaign
   std::string point_id() const;      // running now

@@ -27,9 +27,9 @@ struct RunnerEvent {
   std::string text;  // why
 };
 
-using RunnerOutput = std::variant<imrig_msg::bridge_cmd_t, imrig_msg::dyno_cmd_t, imrig_msg::lease_cmd_t, imrig_msg::record_t,
-                                  imrig_msg::dataset_t, imrig_msg::campaign_status_t, imrig_msg::ack_t, imrig_msg::heartbeat_t,
-                                  RunnerEvent>;
+using RunnerOutput = std::variant<imrig_msg::bridge_cmd_t, imrig_msg::dyno_cmd_t, imrig_msg::lease_cmd_t,
+                                  imrig_msg::record_t, imrig_msg::dataset_t, imrig_msg::campaign_status_t,
+                                  imrig_msg::ack_t, imrig_msg::heartbeat_t, RunnerEvent>;
 
 // Collects outputs between two steps.
 class Outbox {

@@ -23,7 +23,8 @@ void SampleWatch::on(const imrig_msg::samples_t& block, std::int64_t steady_us) 
   follow_shaft(block);
   next_index_ = block.first_index + block.n;
   utime_ = (next_index_ - 1) * sample_time_ns_ / 1000;
-  if (profile_start_ < 0 && profile_id_ != 0 && block.profile_id == profile_id_) profile_start_ = block.first_index;
+  if (profile_start_ < 0 && profile_id_ != 0 && block.profile_id == profile_id_)
+    profile_start_ = block.first_index;
   if (record_ != 0 && block.record == record_) {
     if (record_end_ >= 0 && block.first_index != record_end_) record_unbroken_ = false;
     record_samples_ += block.n;
@@ -34,8 +35,9 @@ void SampleWatch::on(const imrig_msg::samples_t& block, std::int64_t steady_us) 
 void SampleWatch::follow_shaft(const imrig_msg::samples_t& block) {
   gates_on_ = block.gates_on != 0;
   for (std::int32_t k = 0; k < block.n; ++k) {
-    const auto moved = static_cast<std::int32_t>(static_cast<std::uint32_t>(block.encoder[static_cast<std::size_t>(k)]) -
-                                                 static_cast<std::uint32_t>(still_count_));  // counts wrap at 2^32
+    const auto moved =
+        static_cast<std::int32_t>(static_cast<std::uint32_t>(block.encoder[static_cast<std::size_t>(k)]) -
+                                  static_cast<std::uint32_t>(still_count_));  // counts wrap at 2^32
     if (moved >= -1 && moved <= 1) continue;
     still_count_ = block.encoder[static_cast<std::size_t>(k)];
     still_since_ = block.first_index + k;
@@ -54,7 +56,9 @@ void SampleWatch::expect_record(std::int32_t number) {
   record_unbroken_ = true;
 }
 
-bool SampleWatch::at_rest() const { return seen() && !gates_on_ && (next_index_ - still_since_) * sample_time_ns_ > kStill_ns; }
+bool SampleWatch::at_rest() const {
+  return seen() && !gates_on_ && (next_index_ - still_since_) * sample_time_ns_ > kStill_ns;
+}
 
 std::optional<std::int64_t> SampleWatch::acknowledge(std::int64_t steady_us) {
   if (!seen()) return std::nullopt;

@@ -1,6 +1,6 @@
 #pragma once
-// What a campaign reads from the stream of samples: how far the rig's clock is, where a profile began, whether a record is whole, whether
-// the shaft rests.
+// What a campaign reads from the stream of samples: how far the rig's clock is, where a profile began,
+// whether a record is whole, whether the shaft rests.
 
 #include <cstdint>
 #include <imrig_msg/samples_t.hpp>
@@ -13,11 +13,11 @@ class SampleWatch {
   void on(const imrig_msg::samples_t& block, std::int64_t steady_us);
 
   bool seen() const { return boot_id_ != 0; }
-  bool rebooted() const { return rebooted_; }      // the device's clock restarted since the first block
+  bool rebooted() const { return rebooted_; }  // the device's clock restarted since the first block
   std::int64_t boot_id() const { return boot_id_; }
   std::int64_t next_index() const { return next_index_; }
   std::int64_t sample_time_ns() const { return sample_time_ns_; }
-  std::int64_t utime() const { return utime_; }    // us, of the last sample
+  std::int64_t utime() const { return utime_; }  // us, of the last sample
   std::int64_t heard_us() const { return heard_us_; }
   std::int64_t lost_blocks() const { return lost_blocks_; }
 
@@ -55,8 +55,8 @@ class SampleWatch {
   std::int64_t record_end_ = -1;
   bool record_unbroken_ = true;
   bool gates_on_ = true;
-  std::int32_t still_count_ = 0;      // encoder count that the shaft has stayed at
-  std::int64_t still_since_ = 0;      // since this index
+  std::int32_t still_count_ = 0;  // encoder count that the shaft has stayed at
+  std::int64_t still_since_ = 0;  // since this index
   std::int64_t acknowledged_ = -1;
   std::int64_t acknowledged_us_ = 0;
 };

@@ -53,11 +53,16 @@ class Outlet {
  private:
   void write(const RunnerEvent& e) {
     switch (e.kind) {
-      case RunnerEvent::kRecordBegun: return journal_.record_begun(e.id, e.number);
-      case RunnerEvent::kPointDone: return journal_.point_done({e.id, e.number, journal_.part(), e.samples});
-      case RunnerEvent::kPointRetried: return journal_.point_retried(e.id, e.attempt, e.text);
-      case RunnerEvent::kPointFailed: return journal_.point_failed(e.id, e.text);
-      case RunnerEvent::kEnded: return journal_.ended(end_word(runner_.end()), e.text);
+      case RunnerEvent::kRecordBegun:
+        return journal_.record_begun(e.id, e.number);
+      case RunnerEvent::kPointDone:
+        return journal_.point_done({e.id, e.number, journal_.part(), e.samples});
+      case RunnerEvent::kPointRetried:
+        return journal_.point_retried(e.id, e.attempt, e.text);
+      case RunnerEvent::kPointFailed:
+        return journal_.point_failed(e.id, e.text);
+      case RunnerEvent::kEnded:
+        return journal_.ended(end_word(runner_.end()), e.text);
     }
   }
 

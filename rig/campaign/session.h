@@ -1,6 +1,6 @@
 #pragma once
-// Gives a Runner its bus and its journal: subscribes, hands over messages and time, publishes what comes out. The only place of the
-// campaign that reads a clock.
+// Gives a Runner its bus and its journal: subscribes, hands over messages and time, publishes what comes out.
+// The only place of the campaign that reads a clock.
 
 #include <functional>
 
@@ -11,10 +11,10 @@
 namespace imrig {
 
 struct SessionHooks {
-  std::function<bool()> stop_asked;                    // true: stop safely
-  std::function<std::string()> broken;                 // a sentence when the rig's processes have failed, else empty
-  std::function<void(const Runner&)> progress;         // a few times a second, and at each event
-  std::function<void(const RunnerEvent&)> event;       // after it was journalled
+  std::function<bool()> stop_asked;             // true: stop safely
+  std::function<std::string()> broken;          // a sentence when the rig's processes have failed, else empty
+  std::function<void(const Runner&)> progress;  // a few times a second, and at each event
+  std::function<void(const RunnerEvent&)> event;  // after it was journalled
 };
 
 // Runs to the end. Throws Error when the journal cannot be written; the rig is stopped before.

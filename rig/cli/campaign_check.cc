@@ -12,7 +12,8 @@ namespace imrig {
 
 namespace {
 
-// Before the first samples the device's own sample time is not known; the predicted durations depend on it by less than a sample.
+// Before the first samples the device's own sample time is not known; the predicted durations depend on it by
+// less than a sample.
 constexpr double kNominalSample_s = 60e-6;
 
 std::string cell(double x, int digits) { return std::isnan(x) ? "-" : fmt::format("{:.{}f}", x, digits); }
@@ -21,9 +22,11 @@ std::string row(const CheckedPoint& c) {
   const bool at_rest = c.point.kind == PointKind::kDc || c.point.kind == PointKind::kStandstill;
   const auto when_running = [at_rest](double x, int digits) { return at_rest ? "-" : cell(x, digits); };
   const std::string remark = c.feasible ? (c.point.holdout ? "holdout" : "") : c.why;
-  return fmt::format("{:<24}{:>6}{:>8}{:>9}{:>8}{:>9}{:>10}{:>9}{:>9}{:>8}  {}\n", c.point.id, when_running(c.point.frequency_Hz, 1),
-                     when_running(c.voltage_V, 1), when_running(c.load_Nm, 2), cell(100 * c.slip, 2), cell(c.torque_Nm, 2),
-                     cell(c.pull_out_Nm, 1), cell(c.current_A, 1), cell(c.current_peak_A, 1), c.feasible ? cell(c.time_s, 1) : "-", remark);
+  return fmt::format("{:<24}{:>6}{:>8}{:>9}{:>8}{:>9}{:>10}{:>9}{:>9}{:>8}  {}\n", c.point.id,
+                     when_running(c.point.frequency_Hz, 1), when_running(c.voltage_V, 1),
+                     when_running(c.load_Nm, 2), cell(100 * c.slip, 2), cell(c.torque_Nm, 2),
+                     cell(c.pull_out_Nm, 1), cell(c.current_A, 1), cell(c.current_peak_A, 1),
+                     c.feasible ? cell(c.time_s, 1) : "-", remark);
 }
 
 nlohmann::json object(const CheckedPoint& c) {
@@ -74,20 +77,22 @@ CheckedPlan check_plan(const Plan& plan, const RigConfig& rig) {
   CheckedPlan checked;
   checked.plan = plan;
   std::vector<CheckedPoint> feasible;
-  for (CheckedPoint& c : check_points(plan, rig, predictor_of(rig.motor))) (c.feasible ? feasible : checked.infeasible).push_back(std::move(c));
+  for (CheckedPoint& c : check_points(plan, rig, predictor_of(rig.motor)))
+    (c.feasible ? feasible : checked.infeasible).push_back(std::move(c));
   checked.in_order = order_points(travel_of(plan, rig, kNominalSample_s), std::move(feasible));
   return checked;
 }
 
 std::string check_table(const CheckedPlan& checked) {
-  std::string text = fmt::format("{:<24}{:>6}{:>8}{:>9}{:>8}{:>9}{:>10}{:>9}{:>9}{:>8}\n", "point", "f Hz", "V peak", "load Nm", "slip %",
-                                 "torque", "pull-out", "I peak A", "max A", "time s");
+  std::string text =
+      fmt::format("{:<24}{:>6}{:>8}{:>9}{:>8}{:>9}{:>10}{:>9}{:>9}{:>8}\n", "point", "f Hz", "V peak",
+                  "load Nm", "slip %", "torque", "pull-out", "I peak A", "max A", "time s");
   for (const CheckedPoint& c : checked.in_order) text += row(c);
   if (!checked.infeasible.empty()) text += "\nleft out:\n";
   for (const CheckedPoint& c : checked.infeasible) text += row(c);
-  text += fmt::format("\n{}: {} points, {} feasible, {} left out; about {:.0f} s of rig time\n", checked.plan.name,
-                      checked.in_order.size() + checked.infeasible.size(), checked.in_order.size(), checked.infeasible.size(),
-                      checked.time_s());
+  text += fmt::format("\n{}: {} points, {} feasible, {} left out; about {:.0f} s of rig time\n",
+                      checked.plan.name, checked.in_order.size() + checked.infeasible.size(),
+                      checked.in_order.size(), checked.infeasible.size(), checked.time_s());
   return text;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// A plan against a rig: what check prints and what run runs. Here the campaign's predictor is made from the estimators' base machine and
-// the rig's nominal motor.
+// A plan against a rig: what check prints and what run runs. Here the campaign's predictor is made from the
+// estimators' base machine and the rig's nominal motor.
 
 #include <string>
 #include <vector>

@@ -22,7 +22,9 @@ void take_over(DataSet& all, DataSet part) {
 
 }  // namespace
 
-bool is_campaign_folder(const std::string& path) { return std::filesystem::is_regular_file(log_part_path(path, 0)); }
+bool is_campaign_folder(const std::string& path) {
+  return std::filesystem::is_regular_file(log_part_path(path, 0));
+}
 
 DataSet read_campaign_folder(const std::string& path) {
   std::optional<DataSet> all;

@@ -1,6 +1,6 @@
 #pragma once
-// A campaign's folder as one data set: DIR/log-000.lcm and, after each resume, one part more. A record that is whole in several parts
-// counts once, as the last one has it.
+// A campaign's folder as one data set: DIR/log-000.lcm and, after each resume, one part more. A record that
+// is whole in several parts counts once, as the last one has it.
 
 #include <string>
 

@@ -39,7 +39,8 @@ class FreshFolder {
     if (existed_ && !fs::is_directory(path)) throw Error(path, "is a file", "--out takes a folder");
     if (fresh_ && existed_ && !fs::is_empty(path))
       throw Error(path, has_journal(path) ? "holds a campaign's journal already" : "is not empty",
-                  has_journal(path) ? "go on with --resume, or take another folder" : "take an empty or a new folder");
+                  has_journal(path) ? "go on with --resume, or take another folder"
+                                    : "take an empty or a new folder");
     std::error_code failed;
     fs::create_directories(path_ + "/processes", failed);
     if (failed) throw Error(path_, "cannot be made: " + failed.message());
@@ -65,13 +66,14 @@ class FreshFolder {
 // What earlier runs have left, brought to agreement: journal and logs.
 struct Past {
   JournalState state;
-  std::vector<DonePoint> recovered;     // whole in a log, not in the journal
-  std::vector<std::string> withdrawn;   // in the journal, not whole in a log
+  std::vector<DonePoint> recovered;    // whole in a log, not in the journal
+  std::vector<std::string> withdrawn;  // in the journal, not whole in a log
   int highest_number = 0;
 
   bool done(const std::string& id) const {
     const auto is = [&](const DonePoint& p) { return p.id == id; };
-    return std::any_of(state.done.begin(), state.done.end(), is) || std::any_of(recovered.begin(), recovered.end(), is);
+    return std::any_of(state.done.begin(), state.done.end(), is) ||
+           std::any_of(recovered.begin(), recovered.end(), is);
   }
 };
 
@@ -98,7 +100,8 @@ class Progress {
   void operator()(const Runner& runner) {
     if (!terminal_) return;
     const int done = runner.points_done();
-    std::fprintf(stderr, "\r\033[Kpoint %d of %d  %s", std::min(done + 1, total_), total_, runner.point_id().c_str());
+    std::fprintf(stderr, "\r\033[Kpoint %d of %d  %s", std::min(done + 1, total_), total_,
+                 runner.point_id().c_str());
     std::fflush(stderr);
     shown_ = true;
   }
@@ -159,12 +162,14 @@ class Campaign {
 
  private:
   JournalIdentity identity() const {
-    return {plan_.name, plan_.hash, measurement_hash(rig_), plant_hash_, static_cast<int>(checked_.in_order.size())};
+    return {plan_.name, plan_.hash, measurement_hash(rig_), plant_hash_,
+            static_cast<int>(checked_.in_order.size())};
   }
 
   void copy_inputs() const {
     write_text_atomically(request_.folder + "/plan.toml", read_text(request_.plan_path));
-    if (!request_.rig_path.empty()) write_text_atomically(request_.folder + "/rig.toml", read_text(request_.rig_path));
+    if (!request_.rig_path.empty())
+      write_text_atomically(request_.folder + "/rig.toml", read_text(request_.rig_path));
   }
 
   Journal open_journal() {
@@ -173,7 +178,8 @@ class Campaign {
       return Journal::begin(request_.folder, identity(), part_);
     }
     Journal journal = Journal::resume(request_.folder, past_.state, part_);
-    for (const std::string& id : past_.withdrawn) journal.point_withdrawn(id, "its record is not whole in the log");
+    for (const std::string& id : past_.withdrawn)
+      journal.point_withdrawn(id, "its record is not whole in the log");
     for (const DonePoint& p : past_.recovered) journal.point_done(p, true);
     return journal;
   }
@@ -197,11 +203,13 @@ class Campaign {
     RunnerConfig c;
     c.rig = rig_;
     c.plan = plan_;
-    c.config_hash = static_cast<std::int64_t>(fnv1a64(fmt::format("{:x} {:x}", plan_.hash, measurement_hash(rig_))));
+    c.config_hash =
+        static_cast<std::int64_t>(fnv1a64(fmt::format("{:x} {:x}", plan_.hash, measurement_hash(rig_))));
     c.points = std::move(left);
     c.points_total = static_cast<int>(checked_.in_order.size());
     c.first_record_number = past_.highest_number + 1;
-    c.first_profile_id = static_cast<int>(random_id() % 1'000'000) * 1000 + 1;  // no mistaking an earlier client's profile
+    c.first_profile_id =
+        static_cast<int>(random_id() % 1'000'000) * 1000 + 1;  // no mistaking an earlier client's profile
     c.holder = random_id();
     c.instance = random_id();
     c.pid = static_cast<std::int32_t>(::getpid());

@@ -1,6 +1,6 @@
 #pragma once
-// Runs a plan into a folder: DIR/plan.toml and DIR/rig.toml (copies), DIR/journal.jsonl, DIR/log-NNN.lcm (one more at each resume),
-// DIR/processes/*.log.
+// Runs a plan into a folder: DIR/plan.toml and DIR/rig.toml (copies), DIR/journal.jsonl, DIR/log-NNN.lcm (one
+// more at each resume), DIR/processes/*.log.
 
 #include <optional>
 #include <string>
@@ -10,17 +10,17 @@ namespace imrig {
 struct CampaignRequest {
   std::string plan_path;
   std::string folder;
-  std::string rig_path;     // empty: the default rig
-  std::string plant_path;   // empty: hardware, or a rig that runs already
+  std::string rig_path;    // empty: the default rig
+  std::string plant_path;  // empty: hardware, or a rig that runs already
   std::string pace = "realtime";
   std::optional<long long> seed;
   bool resume = false;
 };
 
 struct CampaignResult {
-  std::string end;          // "done", "stopped", "tripped", "failed"
+  std::string end;  // "done", "stopped", "tripped", "failed"
   std::string reason;
-  int points_done = 0;      // earlier runs included
+  int points_done = 0;  // earlier runs included
   int points_total = 0;
   int points_failed = 0;
   int points_infeasible = 0;

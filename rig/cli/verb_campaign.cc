@@ -19,7 +19,8 @@ struct Options {
 };
 
 void add_check(CLI::App& parent, const std::shared_ptr<Options>& o, int& exit_code) {
-  CLI::App* verb = parent.add_subcommand("check", "every point with predicted current, slip, torque and time; infeasible ones and why");
+  CLI::App* verb = parent.add_subcommand(
+      "check", "every point with predicted current, slip, torque and time; infeasible ones and why");
   verb->add_option("plan", o->request.plan_path, "campaign plan (TOML)")->required();
   verb->add_option("--config", o->request.rig_path, "rig configuration (default: the built-in one)");
   verb->add_flag("--json", o->json, "print JSON");
@@ -33,30 +34,37 @@ void add_check(CLI::App& parent, const std::shared_ptr<Options>& o, int& exit_co
 
 void print_result(const CampaignResult& r, bool json) {
   if (json) {
-    fmt::print("{}\n", nlohmann::json{{"end", r.end},
-                                      {"reason", r.reason.empty() ? nlohmann::json() : nlohmann::json(r.reason)},
-                                      {"points_done", r.points_done},
-                                      {"points_total", r.points_total},
-                                      {"points_failed", r.points_failed},
-                                      {"points_infeasible", r.points_infeasible},
-                                      {"lost_blocks", r.lost_blocks},
-                                      {"wall_s", r.wall_s},
-                                      {"folder", r.folder}}
-                           .dump(2));
+    fmt::print("{}\n",
+               nlohmann::json{{"end", r.end},
+                              {"reason", r.reason.empty() ? nlohmann::json() : nlohmann::json(r.reason)},
+                              {"points_done", r.points_done},
+                              {"points_total", r.points_total},
+                              {"points_failed", r.points_failed},
+                              {"points_infeasible", r.points_infeasible},
+                              {"lost_blocks", r.lost_blocks},
+                              {"wall_s", r.wall_s},
+                              {"folder", r.folder}}
+                   .dump(2));
     return;
   }
-  fmt::print("{}: {} of {} points in {}, {} left out as infeasible, {} sample blocks lost, {:.1f} s{}\n", r.end, r.points_done,
-             r.points_total, r.folder, r.points_infeasible, r.lost_blocks, r.wall_s, r.reason.empty() ? "" : "; " + r.reason);
+  fmt::print("{}: {} of {} points in {}, {} left out as infeasible, {} sample blocks lost, {:.1f} s{}\n",
+             r.end, r.points_done, r.points_total, r.folder, r.points_infeasible, r.lost_blocks, r.wall_s,
+             r.reason.empty() ? "" : "; " + r.reason);
 }
 
 void add_run(CLI::App& parent, const std::shared_ptr<Options>& o, int& exit_code) {
   CLI::App* verb = parent.add_subcommand("run", "run a plan on the rig, or on the emulator, into a folder");
   verb->add_option("plan", o->request.plan_path, "campaign plan (TOML)")->required();
-  verb->add_option("--out", o->request.folder, "folder for log, journal and copies of plan and rig")->required();
-  verb->add_flag("--resume", o->request.resume, "go on with the campaign in that folder; finished points are kept");
+  verb->add_option("--out", o->request.folder, "folder for log, journal and copies of plan and rig")
+      ->required();
+  verb->add_flag("--resume", o->request.resume,
+                 "go on with the campaign in that folder; finished points are kept");
   verb->add_option("--config", o->request.rig_path, "rig configuration (default: the built-in one)");
-  CLI::Option* emulate = verb->add_option("--emulate", o->request.plant_path, "start a rig of its own on this emulated plant (TOML)");
-  verb->add_option("--pace", o->request.pace, "of the emulator: realtime, a factor, or max")->capture_default_str()->needs(emulate);
+  CLI::Option* emulate = verb->add_option("--emulate", o->request.plant_path,
+                                          "start a rig of its own on this emulated plant (TOML)");
+  verb->add_option("--pace", o->request.pace, "of the emulator: realtime, a factor, or max")
+      ->capture_default_str()
+      ->needs(emulate);
   verb->add_option("--seed", o->request.seed, "of the emulator's noise and tolerances")->needs(emulate);
   verb->add_flag("--json", o->json, "print JSON");
   verb->callback([o, &exit_code] {

@@ -25,7 +25,8 @@ namespace {
 
 using namespace imrig_msg;
 
-constexpr std::int64_t kFirstWords_us = 3'000'000;   // until when every process must have been heard on the bus
+constexpr std::int64_t kFirstWords_us =
+    3'000'000;  // until when every process must have been heard on the bus
 constexpr std::int64_t kSilence_us = 3'000'000;
 
 struct Options {
@@ -50,11 +51,16 @@ std::string make_run_folder(const std::string& wanted) {
 
 const char* process_name(std::int32_t process) {
   switch (process) {
-    case heartbeat_t::BRIDGE: return "imrig-bridge";
-    case heartbeat_t::DYNO: return "imrig-dyno";
-    case heartbeat_t::RECORDER: return "imrig-recorder";
-    case heartbeat_t::ESTIMATOR: return "imrig-estimator";
-    default: return "a process";
+    case heartbeat_t::BRIDGE:
+      return "imrig-bridge";
+    case heartbeat_t::DYNO:
+      return "imrig-dyno";
+    case heartbeat_t::RECORDER:
+      return "imrig-recorder";
+    case heartbeat_t::ESTIMATOR:
+      return "imrig-estimator";
+    default:
+      return "a process";
   }
 }
 
@@ -63,14 +69,16 @@ class Watch {
  public:
   Watch(Bus& bus, const RigConfig& rig) : rig_(rig), since_us_(monotonic_us()) {
     subscribe<heartbeat_t>(bus, channel::kHeartbeat, [this](const heartbeat_t& h) {
-      if (const auto found = heard_us_.find(h.process); found != heard_us_.end()) found->second = monotonic_us();
+      if (const auto found = heard_us_.find(h.process); found != heard_us_.end())
+        found->second = monotonic_us();
     });
     subscribe<bridge_status_t>(bus, channel::kBridgeStatus, [this](const bridge_status_t& s) {
       link("DSP link", rig_.bridge.link, s.link_state == bridge_status_t::LINK_UP, "no DSP answers", dsp_);
       trip("imrig-bridge", s.trip, bridge_trip_);
     });
     subscribe<dyno_status_t>(bus, channel::kDynoStatus, [this](const dyno_status_t& s) {
-      link("Modbus", rig_.dyno.link, s.link_state == dyno_status_t::LINK_UP, "no excitation supply answers", supply_);
+      link("Modbus", rig_.dyno.link, s.link_state == dyno_status_t::LINK_UP, "no excitation supply answers",
+           supply_);
       trip("imrig-dyno", s.trip, dyno_trip_);
     });
   }
@@ -85,7 +93,8 @@ class Watch {
   }
 
  private:
-  void link(const char* what, const std::string& url, bool up, const char* missing, std::optional<bool>& known) {
+  void link(const char* what, const std::string& url, bool up, const char* missing,
+            std::optional<bool>& known) {
     if (!up && !known && monotonic_us() - since_us_ < kFirstWords_us / 2) return;  // still saying hello
     if (known == up) return;
     if (up) fmt::print("{}: up at {}\n", what, url);
@@ -103,8 +112,10 @@ class Watch {
 
   const RigConfig& rig_;
   std::int64_t since_us_;
-  std::map<std::int32_t, std::int64_t> heard_us_ = {
-      {heartbeat_t::BRIDGE, 0}, {heartbeat_t::DYNO, 0}, {heartbeat_t::RECORDER, 0}, {heartbeat_t::ESTIMATOR, 0}};
+  std::map<std::int32_t, std::int64_t> heard_us_ = {{heartbeat_t::BRIDGE, 0},
+                                                    {heartbeat_t::DYNO, 0},
+                                                    {heartbeat_t::RECORDER, 0},
+                                                    {heartbeat_t::ESTIMATOR, 0}};
   std::optional<bool> dsp_;
   std::optional<bool> supply_;
   std::int32_t bridge_trip_ = 0;
@@ -112,9 +123,12 @@ class Watch {
 };
 
 void print_rig(const RigProcesses& rig, const std::string& folder) {
-  for (const auto& child : rig.children()) fmt::print("{:<16} pid {:<8} log {}\n", child->name(), child->pid(), child->log_path());
-  fmt::print("bus              {}\nDSP link         {}\nModbus           {}\nevent log        {}/rig.lcm\nconfiguration    {}\n", rig.rig().bus.url,
-             rig.rig().bridge.link, rig.rig().dyno.link, folder, rig.rig_path());
+  for (const auto& child : rig.children())
+    fmt::print("{:<16} pid {:<8} log {}\n", child->name(), child->pid(), child->log_path());
+  fmt::print(
+      "bus              {}\nDSP link         {}\nModbus           {}\nevent log        "
+      "{}/rig.lcm\nconfiguration    {}\n",
+      rig.rig().bus.url, rig.rig().bridge.link, rig.rig().dyno.link, folder, rig.rig_path());
   fmt::print("up; other commands: imrig status --config {}; Ctrl-C stops the rig safely\n", rig.rig_path());
   std::fflush(stdout);
 }
@@ -171,11 +185,16 @@ int up(const Options& options) {
 void add_up(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("up", "start the rig's processes; Ctrl-C stops them safely");
   const auto options = std::make_shared<Options>();
-  verb->add_option("--config", options->rig_path, "rig configuration (default: the built-in one; with --emulate, private free ports)");
-  CLI::Option* emulate = verb->add_option("--emulate", options->plant_path, "emulate this plant (TOML) instead of hardware");
-  verb->add_option("--pace", options->pace, "of the emulator: realtime, a factor, or max")->capture_default_str()->needs(emulate);
+  verb->add_option("--config", options->rig_path,
+                   "rig configuration (default: the built-in one; with --emulate, private free ports)");
+  CLI::Option* emulate =
+      verb->add_option("--emulate", options->plant_path, "emulate this plant (TOML) instead of hardware");
+  verb->add_option("--pace", options->pace, "of the emulator: realtime, a factor, or max")
+      ->capture_default_str()
+      ->needs(emulate);
   verb->add_option("--seed", options->seed, "of the emulator's noise and tolerances")->needs(emulate);
-  verb->add_option("--out", options->folder, "folder for the event log and the processes' logs (default: a temporary one)");
+  verb->add_option("--out", options->folder,
+                   "folder for the event log and the processes' logs (default: a temporary one)");
   verb->callback([options, &exit_code] { exit_code = up(*options); });
 }
 

@@ -8,10 +8,10 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <initializer_list>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <thread>
 
 #include "rig/base/clock.h"
@@ -109,10 +109,12 @@ std::string ChildProcess::wait_ready(int timeout_ms, const std::function<bool()>
       if (line == "ready" || line.starts_with("ready ")) return line;
     if (!alive) {
       const std::string words = last_words();
-      throw Error(words.empty() ? spec_.name + ": ended at once with code " + std::to_string(*exit_code_) : words);
+      throw Error(words.empty() ? spec_.name + ": ended at once with code " + std::to_string(*exit_code_)
+                                : words);
     }
     if (monotonic_us() > until_us)
-      throw Error(spec_.name, "is not ready after " + std::to_string(timeout_ms / 1000) + " s", "see " + spec_.log_path);
+      throw Error(spec_.name, "is not ready after " + std::to_string(timeout_ms / 1000) + " s",
+                  "see " + spec_.log_path);
     if (give_up && give_up()) return "";
     std::this_thread::sleep_for(kPoll);
   }

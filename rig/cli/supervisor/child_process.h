@@ -1,6 +1,7 @@
 #pragma once
-// A child process with its own log file. It says `ready` on a line of its own once it works; it is asked to stop with SIGTERM, and made
-// to with SIGKILL. It gets SIGTERM too when its parent dies, however the parent dies (keeper.h makes sure of the rest).
+// A child process with its own log file. It says `ready` on a line of its own once it works; it is asked to
+// stop with SIGTERM, and made to with SIGKILL. It gets SIGTERM too when its parent dies, however the parent
+// dies (keeper.h makes sure of the rest).
 
 #include <sys/types.h>
 
@@ -12,9 +13,9 @@
 namespace imrig {
 
 struct ChildSpec {
-  std::string name;                 // "imrig-bridge": for sentences
-  std::vector<std::string> argv;    // argv[0] is the path of the program
-  std::string log_path;             // stdout and stderr go here
+  std::string name;               // "imrig-bridge": for sentences
+  std::vector<std::string> argv;  // argv[0] is the path of the program
+  std::string log_path;           // stdout and stderr go here
 };
 
 class ChildProcess {
@@ -26,13 +27,13 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  // Waits for its ready line and returns it. Throws Error with its last words when it died, or when it said nothing for so long;
-  // returns an empty string when give_up() became true.
+  // Waits for its ready line and returns it. Throws Error with its last words when it died, or when it said
+  // nothing for so long; returns an empty string when give_up() became true.
   std::string wait_ready(int timeout_ms, const std::function<bool()>& give_up = {});
 
-  bool running();                       // reaps it when it has ended
-  std::optional<int> exit_code() const; // once ended; 128 + signal when killed
-  std::string last_words() const;       // last non-empty line of its log
+  bool running();                        // reaps it when it has ended
+  std::optional<int> exit_code() const;  // once ended; 128 + signal when killed
+  std::string last_words() const;        // last non-empty line of its log
   // SIGTERM, up to grace_ms, then SIGKILL. True when it went by itself.
   bool stop(int grace_ms);
 

@@ -9,8 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <initializer_list>
 #include <cstring>
+#include <initializer_list>
 #include <string>
 
 #include "rig/base/error.h"
@@ -42,12 +42,14 @@ bool ended(int process, int wait_ms) {
     const ssize_t got = ::read(fd, &child, sizeof child);
     if (got < 0 && errno == EINTR) continue;
     if (got != sizeof child) break;
-    if (const int process = count < kMostChildren ? open_process(child) : -1; process >= 0) children[static_cast<std::size_t>(count++)] = process;
+    if (const int process = count < kMostChildren ? open_process(child) : -1; process >= 0)
+      children[static_cast<std::size_t>(count++)] = process;
   }
   for (int k = count; k-- > 0;) send_signal(children[static_cast<std::size_t>(k)], SIGTERM);
   int left_ms = kGrace_ms;
   for (int k = count; k-- > 0;)
-    while (!ended(children[static_cast<std::size_t>(k)], 0) && left_ms > 0) left_ms -= ended(children[static_cast<std::size_t>(k)], 20) ? 0 : 20;
+    while (!ended(children[static_cast<std::size_t>(k)], 0) && left_ms > 0)
+      left_ms -= ended(children[static_cast<std::size_t>(k)], 20) ? 0 : 20;
   for (int k = count; k-- > 0;) send_signal(children[static_cast<std::size_t>(k)], SIGKILL);
   ::_exit(0);
 }
@@ -56,7 +58,8 @@ bool ended(int process, int wait_ms) {
 
 Keeper::Keeper() {
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw Error("supervisor", std::string("no pipe: ") + std::strerror(errno));
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    throw Error("supervisor", std::string("no pipe: ") + std::strerror(errno));
   pid_ = ::fork();
   if (pid_ == 0) {
     ::close(ends[1]);

@@ -1,7 +1,8 @@
 #pragma once
-// No orphans: a small process of its own session that outlives its parent by seconds. It holds the read end of a pipe whose other end
-// only the parent has; when that closes, however the parent went, it asks every adopted child to stop and kills what stays.
-// Children are held by descriptor (pidfd), so a number that was used again cannot be hit.
+// No orphans: a small process of its own session that outlives its parent by seconds. It holds the read end
+// of a pipe whose other end only the parent has; when that closes, however the parent went, it asks every
+// adopted child to stop and kills what stays. Children are held by descriptor (pidfd), so a number that was
+// used again cannot be hit.
 
 #include <sys/types.h>
 

@@ -17,7 +17,9 @@ constexpr int kReady_ms = 20'000;
 // Value of "key=value" in a ready line.
 std::string word_after(const std::string& line, const std::string& key) {
   const std::size_t at = line.find(" " + key + "=");
-  if (at == std::string::npos) throw Error("imrig-emulator", fmt::format("said \"{}\"", line), fmt::format("{}=... in its ready line", key));
+  if (at == std::string::npos)
+    throw Error("imrig-emulator", fmt::format("said \"{}\"", line),
+                fmt::format("{}=... in its ready line", key));
   const std::size_t begin = at + key.size() + 2;
   return line.substr(begin, line.find(' ', begin) - begin);
 }
@@ -36,7 +38,8 @@ int free_udp_port() {
   return ntohs(address.sin_port);
 }
 
-RigProcesses::RigProcesses(RigRequest request, const std::function<bool()>& give_up) : request_(std::move(request)) {
+RigProcesses::RigProcesses(RigRequest request, const std::function<bool()>& give_up)
+    : request_(std::move(request)) {
   try {
     start_all(give_up);
   } catch (...) {
@@ -49,7 +52,8 @@ RigProcesses::~RigProcesses() { stop(); }
 
 void RigProcesses::start_all(const std::function<bool()>& give_up) {
   if (request_.private_ports)
-    request_.rig.bus.url = fmt::format("udpm://239.255.76.77:{}?ttl=0&recv_buf_size=4194304", free_udp_port());
+    request_.rig.bus.url =
+        fmt::format("udpm://239.255.76.77:{}?ttl=0&recv_buf_size=4194304", free_udp_port());
   if (!request_.plant_path.empty()) start_emulator(give_up);
   if (request_.rig_path.empty()) {
     request_.rig_path = request_.rig_copy;
@@ -73,7 +77,8 @@ void RigProcesses::start_emulator(const std::function<bool()>& give_up) {
   std::vector<std::string> options = {"--config", request_.plant_path, "--pace", request_.pace};
   options.insert(options.end(), {"--link", own ? "udp://127.0.0.1:0" : request_.rig.bridge.link});
   options.insert(options.end(), {"--modbus", own ? "tcp://127.0.0.1:0" : request_.rig.dyno.link});
-  // Beyond real time the fixed step, which tests/plant/pace_test.cc holds against the error-controlled integrator.
+  // Beyond real time the fixed step, which tests/plant/pace_test.cc holds against the error-controlled
+  // integrator.
   if (request_.pace != "realtime") options.insert(options.end(), {"--integrator", "rk4"});
   if (request_.seed) options.insert(options.end(), {"--seed", std::to_string(*request_.seed)});
   const std::string ready = start("imrig-emulator", options, give_up);
@@ -82,7 +87,8 @@ void RigProcesses::start_emulator(const std::function<bool()>& give_up) {
   request_.rig.dyno.link = word_after(ready, "modbus");
 }
 
-std::string RigProcesses::start(const std::string& program, std::vector<std::string> options, const std::function<bool()>& give_up) {
+std::string RigProcesses::start(const std::string& program, std::vector<std::string> options,
+                                const std::function<bool()>& give_up) {
   if (give_up && give_up()) return "";
   ChildSpec spec;
   spec.name = program;
@@ -104,7 +110,8 @@ std::string RigProcesses::fallen() {
   for (const auto& child : children_) {
     if (child->running()) continue;
     const std::string words = child->last_words();
-    return fmt::format("{} ended with code {}{}{}", child->name(), child->exit_code().value_or(0), words.empty() ? "" : ": ", words);
+    return fmt::format("{} ended with code {}{}{}", child->name(), child->exit_code().value_or(0),
+                       words.empty() ? "" : ": ", words);
   }
   return "";
 }

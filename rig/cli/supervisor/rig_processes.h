@@ -1,6 +1,6 @@
 #pragma once
-// The processes of one rig, started in order of health and stopped in reverse: emulator (optional), bridge, dyno, recorder, estimator.
-// Each one must say ready before the next is started.
+// The processes of one rig, started in order of health and stopped in reverse: emulator (optional), bridge,
+// dyno, recorder, estimator. Each one must say ready before the next is started.
 
 #include <functional>
 #include <memory>
@@ -15,21 +15,22 @@
 namespace imrig {
 
 struct RigRequest {
-  std::string folder;           // exists: the processes' own logs go here
+  std::string folder;  // exists: the processes' own logs go here
   RigConfig rig;
-  std::string rig_path;         // its file; empty: it is written to rig_copy
+  std::string rig_path;  // its file; empty: it is written to rig_copy
   std::string rig_copy;
-  std::string plant_path;       // emulate this plant; empty: hardware
+  std::string plant_path;  // emulate this plant; empty: hardware
   std::string pace = "realtime";
   std::optional<long long> seed;
-  bool private_ports = false;   // own free ports for link, Modbus and LCM; needs plant_path and no rig_path
-  bool rig_runs = false;        // bridge, dyno and estimator run already: start the recorder alone
-  std::string recorder_out;     // event log
+  bool private_ports = false;  // own free ports for link, Modbus and LCM; needs plant_path and no rig_path
+  bool rig_runs = false;       // bridge, dyno and estimator run already: start the recorder alone
+  std::string recorder_out;    // event log
 };
 
 class RigProcesses {
  public:
-  // Starts everything. Throws Error with the last words of the process that failed, after stopping the others.
+  // Starts everything. Throws Error with the last words of the process that failed, after stopping the
+  // others.
   explicit RigProcesses(RigRequest request, const std::function<bool()>& give_up = {});
   ~RigProcesses();  // stops what still runs
 
@@ -47,7 +48,8 @@ class RigProcesses {
  private:
   void start_all(const std::function<bool()>& give_up);
   void start_emulator(const std::function<bool()>& give_up);
-  std::string start(const std::string& program, std::vector<std::string> options, const std::function<bool()>& give_up);
+  std::string start(const std::string& program, std::vector<std::string> options,
+                    const std::function<bool()>& give_up);
 
   RigRequest request_;
   Keeper keeper_;

@@ -24,13 +24,15 @@ RigConfig wide_rig() {
   return rig;
 }
 
-CheckedPoint check(const std::string& point, const RigConfig& rig, const SteadyPredictor& predict, const std::string& limits = "") {
+CheckedPoint check(const std::string& point, const RigConfig& rig, const SteadyPredictor& predict,
+                   const std::string& limits = "") {
   const Plan plan = parse_plan("version = 1\nname = \"p\"\n[limits]\nslip = 0.9\n" + limits + point, "p");
   return check_points(plan, rig, predict).front();
 }
 
 std::string at(double f, double v, const std::string& rest) {
-  return "[[point]]\nfrequency_Hz = " + std::to_string(f) + "\nvoltage_percent = " + std::to_string(v) + "\n" + rest + "\n";
+  return "[[point]]\nfrequency_Hz = " + std::to_string(f) + "\nvoltage_percent = " + std::to_string(v) +
+         "\n" + rest + "\n";
 }
 
 SteadyPredictor fifty_Nm(const RigConfig& rig) { return test::kloss(50, 0.2, rated_peak_V(rig.motor), 60); }
@@ -79,9 +81,10 @@ TEST(Feasibility, PullOutFallsWithTheSquareOfFlux) {
 
 TEST(Feasibility, CurrentLimitBoundsTheLoad) {
   RigConfig rig = wide_rig();
-  const CheckedPoint p = check(at(60, 100, "load_share = 1.0\nstep_percent = 1e-6"), rig, fifty_Nm(rig), "current_A = 5\n");
+  const CheckedPoint p =
+      check(at(60, 100, "load_share = 1.0\nstep_percent = 1e-6"), rig, fifty_Nm(rig), "current_A = 5\n");
   EXPECT_EQ(p.most_by, "current");
-  EXPECT_NEAR(p.slip, 0.05, 1e-6);                                       // 100 A * slip = 5 A
+  EXPECT_NEAR(p.slip, 0.05, 1e-6);  // 100 A * slip = 5 A
   EXPECT_NEAR(p.load_Nm, 50 * 2 / (0.05 / 0.2 + 0.2 / 0.05), 1e-4);
 }
 
@@ -97,7 +100,8 @@ TEST(Feasibility, StepsTransientCountsAgainstTheCurrentLimit) {
 
 TEST(Feasibility, SlipLimitBoundsTheLoad) {
   const RigConfig rig = wide_rig();
-  const Plan plan = parse_plan("version = 1\nname = \"p\"\n[limits]\nslip = 0.03\n" + at(60, 100, "load_share = 1.0"), "p");
+  const Plan plan =
+      parse_plan("version = 1\nname = \"p\"\n[limits]\nslip = 0.03\n" + at(60, 100, "load_share = 1.0"), "p");
   const CheckedPoint p = check_points(plan, rig, fifty_Nm(rig)).front();
   EXPECT_EQ(p.most_by, "slip");
   EXPECT_NEAR(p.slip, 0.03, 1e-6);
@@ -152,7 +156,9 @@ TEST(Feasibility, TorqueAboveTheMostIsToldWithItsBound) {
 TEST(Feasibility, CurrentsAtRestAreCheckedToo) {
   RigConfig rig;
   rig.limits.current_A = 10;
-  const auto points = check_points(parse_plan("version = 1\nname = \"p\"\n[dc]\nlevels_A = [5, 20]\n[standstill]\n", "p"), rig, fifty_Nm(rig));
+  const auto points =
+      check_points(parse_plan("version = 1\nname = \"p\"\n[dc]\nlevels_A = [5, 20]\n[standstill]\n", "p"),
+                   rig, fifty_Nm(rig));
   EXPECT_TRUE(points[0].feasible);
   EXPECT_THAT(points[1].why, HasSubstr("20 A"));
   EXPECT_FALSE(points[2].feasible);  // 3 + 4 + 6 A
@@ -160,8 +166,10 @@ TEST(Feasibility, CurrentsAtRestAreCheckedToo) {
 
 TEST(Feasibility, DirectStartIsToldByItsInrush) {
   RigConfig rig;
-  const auto points = check_points(parse_plan("version = 1\nname = \"p\"\n[startup]\nfrequencies_Hz = [60]\nvoltages_percent = [20, 100]\n", "p"),
-                                   rig, test::circuit(rig.motor));
+  const auto points = check_points(
+      parse_plan(
+          "version = 1\nname = \"p\"\n[startup]\nfrequencies_Hz = [60]\nvoltages_percent = [20, 100]\n", "p"),
+      rig, test::circuit(rig.motor));
   EXPECT_TRUE(points[0].feasible) << points[0].why;
   EXPECT_FALSE(points[1].feasible);
   EXPECT_GT(points[1].current_peak_A, rated_peak_V(rig.motor) / (2 * kPi * 60 * rig.motor.L_l_H) * 0.9);

@@ -19,7 +19,9 @@ class JournalTest : public ::testing::Test {
   JournalTest() {
     // Every line is flushed to disk, thousands of them here: in memory where there is such a place.
     const bool memory = std::filesystem::is_directory("/dev/shm");
-    folder_ = ((memory ? std::filesystem::path("/dev/shm") : std::filesystem::temp_directory_path()) / "imrig-journal-XXXXXX").string();
+    folder_ = ((memory ? std::filesystem::path("/dev/shm") : std::filesystem::temp_directory_path()) /
+               "imrig-journal-XXXXXX")
+                  .string();
     if (::mkdtemp(folder_.data()) == nullptr) throw std::runtime_error("no temporary folder");
   }
   ~JournalTest() override { std::filesystem::remove_all(folder_); }
@@ -74,7 +76,8 @@ TEST_F(JournalTest, TornAtAnyByteKeepsEveryWholeLineAndGoesOn) {
   for (std::size_t cut = 0; cut <= whole.size(); ++cut) {
     write_text_atomically(journal_path(folder_), whole.substr(0, cut));
     const JournalState state = read_journal(folder_);
-    const auto expected = static_cast<std::size_t>(std::count_if(ends.begin(), ends.end(), [&](std::size_t end) { return end <= cut; }));
+    const auto expected = static_cast<std::size_t>(
+        std::count_if(ends.begin(), ends.end(), [&](std::size_t end) { return end <= cut; }));
     ASSERT_EQ(state.done.size(), expected) << "cut at " << cut;
     if (!state.began) {
       EXPECT_LT(cut, whole.find('\n') + 1);
@@ -121,8 +124,8 @@ TEST_F(JournalTest, SecondBeginIsRefused) {
 TEST_F(JournalTest, BadLineInTheMiddleIsToldWithItsNumber) {
   { Journal j = Journal::begin(folder_, identity_); }
   const std::string good = read_text(journal_path(folder_));
-  for (const char* bad : {"garbage", "{}", "{\"event\": 3}", "{\"event\":\"point\",\"id\":\"a\"}", "[1]", "null", "",
-                          "{\"event\":\"start\",\"version\":1}"}) {
+  for (const char* bad : {"garbage", "{}", "{\"event\": 3}", "{\"event\":\"point\",\"id\":\"a\"}", "[1]",
+                          "null", "", "{\"event\":\"start\",\"version\":1}"}) {
     write_text_atomically(journal_path(folder_), good + bad + "\n" + "{\"event\":\"resume\",\"part\":1}\n");
     EXPECT_THAT(complaint(), HasSubstr("journal.jsonl:2")) << bad;
   }

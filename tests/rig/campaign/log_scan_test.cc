@@ -7,8 +7,8 @@
 #include <imrig_msg/record_t.hpp>
 #include <imrig_msg/samples_t.hpp>
 
-#include "rig/bus/event_log.h"
 #include "rig/base/file.h"
+#include "rig/bus/event_log.h"
 
 namespace imrig {
 namespace {
@@ -43,7 +43,8 @@ class LogScanTest : public ::testing::Test {
     s.samples_v1 = 1;
     s.record = number;
     s.n = samples;
-    for (auto* channel : {&s.i_a, &s.i_b, &s.i_c, &s.v_a, &s.v_b, &s.v_c}) channel->assign(static_cast<std::size_t>(samples), 0);
+    for (auto* channel : {&s.i_a, &s.i_b, &s.i_c, &s.v_a, &s.v_b, &s.v_c})
+      channel->assign(static_cast<std::size_t>(samples), 0);
     s.encoder.assign(static_cast<std::size_t>(samples), 0);
     write(log, "IMRIG_SAMPLES", s);
     r.phase = record_t::END;

@@ -26,14 +26,16 @@ std::string complaint(const std::string& text) {
 }
 
 const PlanPoint& find(const Plan& plan, const std::string& id) {
-  const auto found = std::find_if(plan.points.begin(), plan.points.end(), [&](const PlanPoint& p) { return p.id == id; });
+  const auto found =
+      std::find_if(plan.points.begin(), plan.points.end(), [&](const PlanPoint& p) { return p.id == id; });
   if (found == plan.points.end()) throw std::out_of_range(id);
   return *found;
 }
 
 TEST(Plan, EveryShippedPlanLoads) {
   int plans = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::string(IMRIG_SOURCE_DIR) + "/campaigns")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(IMRIG_SOURCE_DIR) + "/campaigns")) {
     const Plan plan = load_plan(entry.path().string());
     EXPECT_FALSE(plan.points.empty()) << entry.path();
     EXPECT_EQ(plan.name + ".toml", entry.path().filename().string());
@@ -45,7 +47,8 @@ TEST(Plan, EveryShippedPlanLoads) {
 
 TEST(Plan, PaperGridIsSixFrequenciesTenVoltagesEightLoads) {
   const Plan plan = load_plan(std::string(IMRIG_SOURCE_DIR) + "/campaigns/proca_grid.toml");
-  const auto steps = std::count_if(plan.points.begin(), plan.points.end(), [](const auto& p) { return p.kind == PointKind::kStep; });
+  const auto steps = std::count_if(plan.points.begin(), plan.points.end(),
+                                   [](const auto& p) { return p.kind == PointKind::kStep; });
   EXPECT_EQ(steps, 6 * 10 * 8);
   const PlanPoint& corner = find(plan, "f80_v100_l7");
   EXPECT_EQ(corner.frequency_Hz, 80);
@@ -77,7 +80,8 @@ TEST(Plan, LoadsMayBeACountSharesOrTorques) {
 }
 
 TEST(Plan, RepeatsNameTheirFirst) {
-  const Plan plan = parse_plan(kHead + "repeats = 3\n[no_load]\nfrequencies_Hz = [50]\nvoltages_percent = [100]\n", "p");
+  const Plan plan =
+      parse_plan(kHead + "repeats = 3\n[no_load]\nfrequencies_Hz = [50]\nvoltages_percent = [100]\n", "p");
   ASSERT_EQ(plan.points.size(), 3u);
   EXPECT_EQ(plan.points[0].repeat_of, "");
   EXPECT_EQ(plan.points[2].id, "no_load_f50_v100_r3");
@@ -85,8 +89,10 @@ TEST(Plan, RepeatsNameTheirFirst) {
 }
 
 TEST(Plan, HoldoutByFractionIsStableAndTakesStepsAlone) {
-  const std::string text = kHead + "holdout_fraction = 0.25\n[dc]\nlevels_A = [5]\n[grid]\nfrequencies_Hz = [30, 40]\n"
-                                   "voltages_percent = [50, 100]\nloads = 4\n";
+  const std::string text =
+      kHead +
+      "holdout_fraction = 0.25\n[dc]\nlevels_A = [5]\n[grid]\nfrequencies_Hz = [30, 40]\n"
+      "voltages_percent = [50, 100]\nloads = 4\n";
   const Plan plan = parse_plan(text, "p");
   const Plan again = parse_plan(text, "p");
   int held = 0;
@@ -106,11 +112,14 @@ TEST(Plan, HoldoutByNameTakesRepeatsAlong) {
 }
 
 TEST(Plan, ExplicitPointsOfEveryKind) {
-  const Plan plan = parse_plan(kHead + "[[point]]\nfrequency_Hz = 32.5\nvoltage_percent = 60\nload_Nm = 4\n"
-                                       "[[point]]\nkind = \"steady\"\nid = \"mine\"\nfrequency_Hz = 50\nvoltage_percent = 60\nload_share = 0.5\nholdout = true\n"
-                                       "[[point]]\nkind = \"startup\"\nfrequency_Hz = 30\nvoltage_percent = 20\nramp_s = 0.5\n"
-                                       "[[point]]\nkind = \"coast_down\"\nfrequency_Hz = 60\nvoltage_percent = 100\n",
-                               "p");
+  const Plan plan =
+      parse_plan(kHead +
+                     "[[point]]\nfrequency_Hz = 32.5\nvoltage_percent = 60\nload_Nm = 4\n"
+                     "[[point]]\nkind = \"steady\"\nid = \"mine\"\nfrequency_Hz = 50\nvoltage_percent = "
+                     "60\nload_share = 0.5\nholdout = true\n"
+                     "[[point]]\nkind = \"startup\"\nfrequency_Hz = 30\nvoltage_percent = 20\nramp_s = 0.5\n"
+                     "[[point]]\nkind = \"coast_down\"\nfrequency_Hz = 60\nvoltage_percent = 100\n",
+                 "p");
   EXPECT_EQ(find(plan, "f32p5_v60_l4Nm").load.torque_Nm, 4);
   EXPECT_TRUE(find(plan, "mine").holdout);
   EXPECT_EQ(find(plan, "startup_f30_v20").ramp_s, 0.5);
@@ -134,40 +143,59 @@ TEST_P(BadPlan, IsToldInOneSentenceThatNamesTheKey) {
 INSTANTIATE_TEST_SUITE_P(
     All, BadPlan,
     ::testing::Values(
-        Bad{"", "version"}, Bad{"version = [", "p.toml"}, Bad{"version = 2\nname = \"p\"\n[dc]\nlevels_A = [1]\n", "version"},
-        Bad{"version = 1\n[dc]\nlevels_A = [1]\n", "name"}, Bad{"version = 1\nname = \"\"\n[dc]\nlevels_A = [1]\n", "name"},
-        Bad{"version = 1\nname = \"p\"\n", "holds no point"}, Bad{"version = 1\nname = \"p\"\nodd = 1\n[dc]\nlevels_A = [1]\n", "odd"},
+        Bad{"", "version"}, Bad{"version = [", "p.toml"},
+        Bad{"version = 2\nname = \"p\"\n[dc]\nlevels_A = [1]\n", "version"},
+        Bad{"version = 1\n[dc]\nlevels_A = [1]\n", "name"},
+        Bad{"version = 1\nname = \"\"\n[dc]\nlevels_A = [1]\n", "name"},
+        Bad{"version = 1\nname = \"p\"\n", "holds no point"},
+        Bad{"version = 1\nname = \"p\"\nodd = 1\n[dc]\nlevels_A = [1]\n", "odd"},
         Bad{"version = 1\nname = \"p\"\n[dc]\nlevels_A = []\n", "levels_A"},
         Bad{"version = 1\nname = \"p\"\n[dc]\nlevels_A = [-1]\n", "levels_A"},
         Bad{"version = 1\nname = \"p\"\n[dc]\nlevels_A = [1]\nlevel = 2\n", "level"},
         Bad{"version = 1\nname = \"p\"\n[dc]\nlevels_A = [1, 1]\n", "dc_1A"},
         Bad{"version = 1\nname = \"p\"\n[dc]\nlevels_A = [1]\nrecord_s = 0\n", "record_s"},
         Bad{"version = 1\nname = \"p\"\n[grid]\nvoltages_percent = [50]\n", "frequencies_Hz"},
-        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [0]\nvoltages_percent = [50]\n", "frequencies_Hz"},
-        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [nan]\nvoltages_percent = [50]\n", "frequencies_Hz"},
-        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nloads = 0\n", "loads"},
-        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nloads = 2\nloads_Nm = [1]\n", "loads"},
-        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nloads_share = [1.5]\n", "loads_share"},
-        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nstep_percent = 0\n", "step_percent"},
-        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nsettle_s = 2\nsettle_bound_s = 1\n",
+        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [0]\nvoltages_percent = [50]\n",
+            "frequencies_Hz"},
+        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [nan]\nvoltages_percent = [50]\n",
+            "frequencies_Hz"},
+        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nloads = 0\n",
+            "loads"},
+        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nloads = "
+            "2\nloads_Nm = [1]\n",
+            "loads"},
+        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nloads_share "
+            "= [1.5]\n",
+            "loads_share"},
+        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nstep_percent "
+            "= 0\n",
+            "step_percent"},
+        Bad{"version = 1\nname = \"p\"\n[grid]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nsettle_s = "
+            "2\nsettle_bound_s = 1\n",
             "settle_bound_s"},
         Bad{"version = 1\nname = \"p\"\n[standstill]\ntones_A = [1, 2]\ntones_rad_s = [1]\n", "tones_A"},
         Bad{"version = 1\nname = \"p\"\n[standstill]\ntones_A = [1, 2]\n", "tones_rad_s"},
-        Bad{"version = 1\nname = \"p\"\n[[point]]\nkind = \"jump\"\nfrequency_Hz = 5\nvoltage_percent = 5\n", "jump"},
-        Bad{"version = 1\nname = \"p\"\n[[point]]\nid = \"a/b\"\nfrequency_Hz = 5\nvoltage_percent = 5\n", "a/b"},
-        Bad{"version = 1\nname = \"p\"\n[[point]]\nfrequency_Hz = 5\nvoltage_percent = 5\nload_Nm = 1\nload_share = 1\n", "load_share"},
+        Bad{"version = 1\nname = \"p\"\n[[point]]\nkind = \"jump\"\nfrequency_Hz = 5\nvoltage_percent = 5\n",
+            "jump"},
+        Bad{"version = 1\nname = \"p\"\n[[point]]\nid = \"a/b\"\nfrequency_Hz = 5\nvoltage_percent = 5\n",
+            "a/b"},
+        Bad{"version = 1\nname = \"p\"\n[[point]]\nfrequency_Hz = 5\nvoltage_percent = 5\nload_Nm = "
+            "1\nload_share = 1\n",
+            "load_share"},
         Bad{"version = 1\nname = \"p\"\nholdout = [\"none\"]\n[dc]\nlevels_A = [1]\n", "none"},
-        Bad{"version = 1\nname = \"p\"\nholdout = [\"dc_1A\"]\nholdout_fraction = 0.1\n[dc]\nlevels_A = [1]\n", "holdout_fraction"},
+        Bad{"version = 1\nname = \"p\"\nholdout = [\"dc_1A\"]\nholdout_fraction = 0.1\n[dc]\nlevels_A = "
+            "[1]\n",
+            "holdout_fraction"},
         Bad{"version = 1\nname = \"p\"\nrepeats = 0\n[dc]\nlevels_A = [1]\n", "repeats"},
-        Bad{"version = 1\nname = \"p\"\n[limits]\npull_out_margin = 1.5\n[dc]\nlevels_A = [1]\n", "pull_out_margin"},
+        Bad{"version = 1\nname = \"p\"\n[limits]\npull_out_margin = 1.5\n[dc]\nlevels_A = [1]\n",
+            "pull_out_margin"},
         Bad{"version = 1\nname = \"p\"\n[motion]\nunload = 1\n[dc]\nlevels_A = [1]\n", "unload"},
-        Bad{"version = 1\nname = \"p\"\nrepeats = 100\n[grid]\nfrequencies_Hz = [10,20,30,40,50,60,70,80]\nvoltages_percent = "
+        Bad{"version = 1\nname = \"p\"\nrepeats = 100\n[grid]\nfrequencies_Hz = "
+            "[10,20,30,40,50,60,70,80]\nvoltages_percent = "
             "[10,20,30,40,50,60,70,80,90,100]\nloads = 100\n",
             "20000"}));
 
-TEST(Plan, MissingFileIsSaid) {
-  EXPECT_THROW(load_plan("/nonexistent/plan.toml"), Error);
-}
+TEST(Plan, MissingFileIsSaid) { EXPECT_THROW(load_plan("/nonexistent/plan.toml"), Error); }
 
 }  // namespace
 }  // namespace imrig

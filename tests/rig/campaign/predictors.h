@@ -1,6 +1,6 @@
 #pragma once
-// Two motors that need no model: one by Kloss's formula, whose torque and current can be had by hand, and one by the phasor circuit of
-// the 2002 paper's equation (9).
+// Two motors that need no model: one by Kloss's formula, whose torque and current can be had by hand, and one
+// by the phasor circuit of the 2002 paper's equation (9).
 
 #include <cmath>
 #include <complex>
@@ -14,7 +14,8 @@ namespace imrig::test {
 inline SteadyPredictor kloss(double pull_out_Nm, double pull_out_slip, double rated_V, double rated_Hz) {
   return [=](double v, double f, double slip) {
     const double flux = v / rated_V * rated_Hz / f;
-    return SteadyPrediction{100.0 * slip, pull_out_Nm * flux * flux * 2.0 / (slip / pull_out_slip + pull_out_slip / slip)};
+    return SteadyPrediction{100.0 * slip,
+                            pull_out_Nm * flux * flux * 2.0 / (slip / pull_out_slip + pull_out_slip / slip)};
   };
 }
 

@@ -22,7 +22,8 @@ using ::testing::IsEmpty;
 
 constexpr char kPlan[] =
     "version = 1\nname = \"small\"\n[dc]\nlevels_A = [5]\nsettle_s = 0.1\nrecord_s = 0.06\n"
-    "[grid]\nfrequencies_Hz = [40]\nvoltages_percent = [50, 80]\nloads = 2\nsettle_s = 0.1\nsettle_bound_s = 0.5\nbefore_s = 0.03\nrecord_s = 0.09\n";
+    "[grid]\nfrequencies_Hz = [40]\nvoltages_percent = [50, 80]\nloads = 2\nsettle_s = 0.1\nsettle_bound_s = "
+    "0.5\nbefore_s = 0.03\nrecord_s = 0.09\n";
 constexpr int kPoints = 5;
 
 // A runner and a scripted rig on one memory bus, in simulated time.
@@ -33,7 +34,8 @@ class RunnerTest : public ::testing::Test {
   RunnerConfig config() {
     RunnerConfig c;
     c.plan = parse_plan(kPlan, "plan");
-    c.points = order_points(travel_of(c.plan, c.rig, 60e-6), check_points(c.plan, c.rig, test::circuit(c.rig.motor)));
+    c.points = order_points(travel_of(c.plan, c.rig, 60e-6),
+                            check_points(c.plan, c.rig, test::circuit(c.rig.motor)));
     c.points_total = static_cast<int>(c.points.size());
     c.holder = 77;
     c.config_hash = 5;
@@ -83,7 +85,8 @@ class RunnerTest : public ::testing::Test {
   }
 
   int count(RunnerEvent::Kind kind) const {
-    return static_cast<int>(std::count_if(events_.begin(), events_.end(), [&](const auto& e) { return e.kind == kind; }));
+    return static_cast<int>(
+        std::count_if(events_.begin(), events_.end(), [&](const auto& e) { return e.kind == kind; }));
   }
 
   // Of the records that ended complete, in order.
@@ -162,8 +165,9 @@ TEST_F(RunnerTest, RecordWithALostBlockIsAbortedAndRunAgain) {
   ASSERT_EQ(run(runner), RunnerEnd::kDone) << runner.end_reason();
   EXPECT_EQ(count(RunnerEvent::kPointRetried), 1);
   EXPECT_EQ(complete().size(), static_cast<std::size_t>(kPoints));
-  const auto aborted = std::find_if(rig_.records.begin(), rig_.records.end(),
-                                    [](const record_t& r) { return r.phase == record_t::END && r.status == record_t::ABORTED; });
+  const auto aborted = std::find_if(rig_.records.begin(), rig_.records.end(), [](const record_t& r) {
+    return r.phase == record_t::END && r.status == record_t::ABORTED;
+  });
   ASSERT_NE(aborted, rig_.records.end());
   EXPECT_EQ(aborted->number, 3);
   EXPECT_EQ(std::next(aborted)->id, aborted->id) << "run again at once";
@@ -204,7 +208,8 @@ TEST_F(RunnerTest, RefusedProfileFailsTheAttemptWithTheReason) {
   Runner runner(config());
   EXPECT_EQ(run(runner), RunnerEnd::kDone) << runner.end_reason();
   ASSERT_EQ(count(RunnerEvent::kPointRetried), 1);
-  const auto event = std::find_if(events_.begin(), events_.end(), [](const auto& e) { return e.kind == RunnerEvent::kPointRetried; });
+  const auto event = std::find_if(events_.begin(), events_.end(),
+                                  [](const auto& e) { return e.kind == RunnerEvent::kPointRetried; });
   EXPECT_THAT(event->text, HasSubstr("over a limit"));
 }
 

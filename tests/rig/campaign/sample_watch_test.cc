@@ -5,7 +5,8 @@
 namespace imrig {
 namespace {
 
-imrig_msg::samples_t block(std::int64_t seq, std::int64_t first, int n, std::int32_t record = 0, std::int32_t profile = 0) {
+imrig_msg::samples_t block(std::int64_t seq, std::int64_t first, int n, std::int32_t record = 0,
+                           std::int32_t profile = 0) {
   imrig_msg::samples_t s = {};
   s.boot_id = 5;
   s.seq = seq;
@@ -52,7 +53,9 @@ TEST(SampleWatch, ShaftRestsOnceItHasStoodStillWithGatesOff) {
     for (int k = 0; k < count; ++k) {
       auto s = block(first / 100, first, 100);
       s.gates_on = gates ? 1 : 0;
-      for (int j = 0; j < 100; ++j) s.encoder[static_cast<std::size_t>(j)] = 2147483600 + static_cast<std::int32_t>(speed > 0 ? (first + j) / speed : 0) % 40;
+      for (int j = 0; j < 100; ++j)
+        s.encoder[static_cast<std::size_t>(j)] =
+            2147483600 + static_cast<std::int32_t>(speed > 0 ? (first + j) / speed : 0) % 40;
       watch.on(s, 0);
       first += 100;
     }

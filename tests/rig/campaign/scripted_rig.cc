@@ -56,8 +56,10 @@ ScriptedRig::ScriptedRig(std::shared_ptr<MemoryHub> hub)
     if (m.phase == record_t::END && faults.recorder_confirms) flushed_record_ = m.number;
   });
   subscribe<dataset_t>(*bus_, channel::kDataset, [this](const dataset_t&) { ++datasets; });
-  subscribe<ack_t>(*bus_, channel::kAck, [this](const ack_t& m) { acks += m.process == heartbeat_t::CAMPAIGN ? 1 : 0; });
-  subscribe<campaign_status_t>(*bus_, channel::kCampaignStatus, [this](const campaign_status_t& m) { last_campaign_state = m.state; });
+  subscribe<ack_t>(*bus_, channel::kAck,
+                   [this](const ack_t& m) { acks += m.process == heartbeat_t::CAMPAIGN ? 1 : 0; });
+  subscribe<campaign_status_t>(*bus_, channel::kCampaignStatus,
+                               [this](const campaign_status_t& m) { last_campaign_state = m.state; });
 }
 
 void ScriptedRig::on_bridge_cmd(const bridge_cmd_t& cmd) {
@@ -68,7 +70,8 @@ void ScriptedRig::on_bridge_cmd(const bridge_cmd_t& cmd) {
 }
 
 std::int32_t ScriptedRig::carry_out(const bridge_cmd_t& cmd) {
-  if (cmd.lease_epoch != bridge_lease_.epoch() || cmd.lease_epoch == 0) return static_cast<std::int32_t>(CommandResult::kNoLease);
+  if (cmd.lease_epoch != bridge_lease_.epoch() || cmd.lease_epoch == 0)
+    return static_cast<std::int32_t>(CommandResult::kNoLease);
   if (trip_ != 0) return static_cast<std::int32_t>(CommandResult::kTripped);
   int refusal = 0;
   switch (cmd.action) {
@@ -90,7 +93,8 @@ std::int32_t ScriptedRig::carry_out(const bridge_cmd_t& cmd) {
       state_ = bridge_status_t::IDLE;
       frequency_Hz_ = voltage_V_ = 0.0;
       return 0;
-    default: return 0;
+    default:
+      return 0;
   }
 }
 
@@ -120,14 +124,16 @@ void ScriptedRig::publish_block(int n, std::int32_t segment, std::int32_t record
   s.full_scale_counts = 2047;
   s.encoder_counts_per_rev = kEncoderCounts;
   s.n = n;
-  for (auto* channel : {&s.i_a, &s.i_b, &s.i_c, &s.v_a, &s.v_b, &s.v_c}) channel->assign(static_cast<std::size_t>(n), 0);
+  for (auto* channel : {&s.i_a, &s.i_b, &s.i_c, &s.v_a, &s.v_b, &s.v_c})
+    channel->assign(static_cast<std::size_t>(n), 0);
   s.encoder.assign(static_cast<std::size_t>(n), 0);
   for (int k = 0; k < n; ++k) {
     encoder_ += static_cast<std::int32_t>(std::lround(frequency_Hz_ / 2 * kEncoderCounts * 60e-6));
     s.encoder[static_cast<std::size_t>(k)] = encoder_;
   }
   index_ += n;
-  if (auto lose = faults.lose_blocks_of_record.find(record); lose != faults.lose_blocks_of_record.end() && lose->second > 0) {
+  if (auto lose = faults.lose_blocks_of_record.find(record);
+      lose != faults.lose_blocks_of_record.end() && lose->second > 0) {
     --lose->second;
     return;
   }
@@ -147,7 +153,8 @@ void ScriptedRig::run_samples(int n, Moment) {
     const int part = static_cast<int>(std::min<std::int64_t>({n, kBlock, left_in_segment_}));
     const bool voltage = s.kind == segment_t::VOLTAGE;
     if (voltage && left_in_segment_ == s.duration_samples) {
-      most_frequency_step_Hz = std::max(most_frequency_step_Hz, std::abs(s.frequency_start_Hz - frequency_Hz_));
+      most_frequency_step_Hz =
+          std::max(most_frequency_step_Hz, std::abs(s.frequency_start_Hz - frequency_Hz_));
       if (voltage_V_ > 0) most_voltage_ratio = std::max(most_voltage_ratio, s.amplitude_start_V / voltage_V_);
     }
     publish_block(part, segment_, s.record, s.kind != segment_t::GATES_OFF);

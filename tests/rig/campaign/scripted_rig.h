@@ -1,6 +1,6 @@
 #pragma once
-// Bridge, dyno, recorder and estimator as a script on a memory bus, in simulated time: leases by the real authority, profiles that run
-// sample by sample, and faults on request.
+// Bridge, dyno, recorder and estimator as a script on a memory bus, in simulated time: leases by the real
+// authority, profiles that run sample by sample, and faults on request.
 
 #include <functional>
 #include <imrig_msg/bridge_cmd_t.hpp>
@@ -22,21 +22,21 @@ namespace imrig::test {
 
 // What goes wrong.
 struct Faults {
-  std::map<int, int> lose_blocks_of_record;   // record number -> blocks to lose
-  std::map<int, int> refuse_uploads;          // result -> how often
+  std::map<int, int> lose_blocks_of_record;  // record number -> blocks to lose
+  std::map<int, int> refuse_uploads;         // result -> how often
   std::map<int, int> refuse_starts;
-  int trip_in_record = 0;                     // record number in which the device trips
+  int trip_in_record = 0;  // record number in which the device trips
   std::int32_t trip = 0;
   int ignore_dyno_commands = 0;
   bool dyno_silent_after_set = false;
-  bool bridge_silent_in_record = false;       // ... 2
+  bool bridge_silent_in_record = false;  // ... 2
   bool recorder_confirms = true;
   bool recorder_speaks = true;
   bool estimator_runs = true;
   bool stalls = false;
   bool dsp_absent = false;
   bool lease_taken = false;
-  bool reboots_in_record = false;             // ... 2
+  bool reboots_in_record = false;  // ... 2
   std::int32_t standing_trip = 0;
 };
 
@@ -49,15 +49,17 @@ class ScriptedRig {
   void tick(Moment now);
 
   // What was seen.
-  std::vector<imrig_msg::record_t> records;         // BEGIN and END in order
-  std::map<int, std::int64_t> record_samples;       // by number, as published
+  std::vector<imrig_msg::record_t> records;    // BEGIN and END in order
+  std::map<int, std::int64_t> record_samples;  // by number, as published
   int datasets = 0;
   int acks = 0;
   std::int32_t last_campaign_state = 0;
-  bool driven() const { return state_ == imrig_msg::bridge_status_t::RUNNING || state_ == imrig_msg::bridge_status_t::HOLDING; }
+  bool driven() const {
+    return state_ == imrig_msg::bridge_status_t::RUNNING || state_ == imrig_msg::bridge_status_t::HOLDING;
+  }
   bool load_on() const { return output_on_; }
-  double most_frequency_step_Hz = 0.0;   // between samples while driven
-  double most_voltage_ratio = 1.0;       // between two segments, loaded or not
+  double most_frequency_step_Hz = 0.0;  // between samples while driven
+  double most_voltage_ratio = 1.0;      // between two segments, loaded or not
 
  private:
   void on_bridge_cmd(const imrig_msg::bridge_cmd_t& cmd);

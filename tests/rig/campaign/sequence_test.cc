@@ -17,7 +17,8 @@ Plan plan_of(const std::string& text) { return parse_plan("version = 1\nname = \
 
 const std::string kGrid =
     "[dc]\nlevels_A = [5]\n[standstill]\n[startup]\nfrequencies_Hz = [30]\nvoltages_percent = [15]\n"
-    "[no_load]\nfrequencies_Hz = [40]\nvoltages_percent = [80]\n[steady]\nfrequencies_Hz = [60]\nvoltages_percent = [80]\nloads = 2\n"
+    "[no_load]\nfrequencies_Hz = [40]\nvoltages_percent = [80]\n[steady]\nfrequencies_Hz = "
+    "[60]\nvoltages_percent = [80]\nloads = 2\n"
     "[grid]\nfrequencies_Hz = [30, 50, 80]\nvoltages_percent = [20, 60, 100]\nloads = 3\n"
     "[coast_down]\nfrequencies_Hz = [60]\nvoltages_percent = [100]\n";
 
@@ -90,7 +91,8 @@ TEST(Sequence, VoltageAndFrequencyNeverJumpButForTheWantedStep) {
     }
     here = {t.segment.frequency_end_Hz, t.segment.amplitude_end_V};
   }
-  EXPECT_EQ(steps, std::count_if(p.points.begin(), p.points.end(), [](const auto& c) { return c.point.kind == PointKind::kStep; }));
+  EXPECT_EQ(steps, std::count_if(p.points.begin(), p.points.end(),
+                                 [](const auto& c) { return c.point.kind == PointKind::kStep; }));
 }
 
 TEST(Sequence, SpeedChangesOnlyWithoutLoadAndNearRatedFlux) {
@@ -102,8 +104,10 @@ TEST(Sequence, SpeedChangesOnlyWithoutLoadAndNearRatedFlux) {
     ++moves;
     EXPECT_EQ(t.excitation_A, 0.0);
     for (const double share : {0.0, 0.3, 0.7, 1.0}) {
-      const double f = t.segment.frequency_start_Hz + share * (t.segment.frequency_end_Hz - t.segment.frequency_start_Hz);
-      const double v = t.segment.amplitude_start_V + share * (t.segment.amplitude_end_V - t.segment.amplitude_start_V);
+      const double f =
+          t.segment.frequency_start_Hz + share * (t.segment.frequency_end_Hz - t.segment.frequency_start_Hz);
+      const double v =
+          t.segment.amplitude_start_V + share * (t.segment.amplitude_end_V - t.segment.amplitude_start_V);
       EXPECT_NEAR(v, travelling_V(p.travel, f), 1e-6);
     }
   }
@@ -115,10 +119,12 @@ TEST(Sequence, RampsKeepTheirRates) {
   for (const Told& t : whole_campaign(p)) {
     if (t.segment.kind != segment_t::VOLTAGE || t.records) continue;
     const double seconds = static_cast<double>(t.segment.duration_samples) * 60e-6;
-    EXPECT_LE(std::abs(t.segment.frequency_end_Hz - t.segment.frequency_start_Hz), p.travel.frequency_ramp_Hz_per_s * (seconds + 60e-6));
-    if (t.segment.frequency_end_Hz == t.segment.frequency_start_Hz && t.segment.amplitude_end_V != t.segment.amplitude_start_V) {
-      EXPECT_NEAR(std::abs(t.segment.amplitude_end_V - t.segment.amplitude_start_V), p.travel.voltage_ramp_V_per_s * seconds,
-                  p.travel.voltage_ramp_V_per_s * 60e-6);
+    EXPECT_LE(std::abs(t.segment.frequency_end_Hz - t.segment.frequency_start_Hz),
+              p.travel.frequency_ramp_Hz_per_s * (seconds + 60e-6));
+    if (t.segment.frequency_end_Hz == t.segment.frequency_start_Hz &&
+        t.segment.amplitude_end_V != t.segment.amplitude_start_V) {
+      EXPECT_NEAR(std::abs(t.segment.amplitude_end_V - t.segment.amplitude_start_V),
+                  p.travel.voltage_ramp_V_per_s * seconds, p.travel.voltage_ramp_V_per_s * 60e-6);
     }
   }
 }
@@ -140,15 +146,18 @@ TEST(Sequence, EveryProfileFitsTheDevice) {
 }
 
 TEST(Sequence, RecordsHaveExactlyTheirSamples) {
-  const Prepared p = prepare("[dc]\nlevels_A = [5]\nrecord_s = 0.5\n[standstill]\nrecord_s = 2\n[grid]\nfrequencies_Hz = [50]\n"
-                             "voltages_percent = [50]\nbefore_s = 0.12\nrecord_s = 0.6\n[coast_down]\nfrequencies_Hz = [50]\n"
-                             "voltages_percent = [50]\nbefore_s = 0.03\nrecord_s = 3\n[steady]\nfrequencies_Hz = [50]\nvoltages_percent = [50]\nrecord_s = 0.3\n"
-                             "[startup]\nfrequencies_Hz = [50]\nvoltages_percent = [15]\nbefore_s = 0.06\nrecord_s = 1.2\n");
+  const Prepared p = prepare(
+      "[dc]\nlevels_A = [5]\nrecord_s = 0.5\n[standstill]\nrecord_s = 2\n[grid]\nfrequencies_Hz = [50]\n"
+      "voltages_percent = [50]\nbefore_s = 0.12\nrecord_s = 0.6\n[coast_down]\nfrequencies_Hz = [50]\n"
+      "voltages_percent = [50]\nbefore_s = 0.03\nrecord_s = 3\n[steady]\nfrequencies_Hz = "
+      "[50]\nvoltages_percent = [50]\nrecord_s = 0.3\n"
+      "[startup]\nfrequencies_Hz = [50]\nvoltages_percent = [15]\nbefore_s = 0.06\nrecord_s = 1.2\n");
   ASSERT_EQ(p.points.size(), 6u);
   const auto samples = [](double seconds) { return std::llround(seconds / 60e-6); };
   for (const CheckedPoint& c : p.points) {
     const Profile profile = record_profile(p.travel, c);
-    EXPECT_EQ(profile.recorded_samples(), samples(c.point.before_s) * (c.point.before_s > 0) + samples(c.point.record_s))
+    EXPECT_EQ(profile.recorded_samples(),
+              samples(c.point.before_s) * (c.point.before_s > 0) + samples(c.point.record_s))
         << point_kind_word(c.point.kind);
     EXPECT_EQ(profile.segments.back().record, 0) << "the last block of a record must be sent at once";
   }
@@ -203,20 +212,22 @@ TEST(Sequence, OrderHoldsEveryFeasiblePointOnceAndRestingOnesFirst) {
   const Plan plan = plan_of(kGrid);
   const RigConfig rig;
   const auto all = check_points(plan, rig, test::circuit(rig.motor));
-  EXPECT_EQ(static_cast<long>(ids.size()), std::count_if(all.begin(), all.end(), [](const auto& c) { return c.feasible; }));
+  EXPECT_EQ(static_cast<long>(ids.size()),
+            std::count_if(all.begin(), all.end(), [](const auto& c) { return c.feasible; }));
 }
 
 TEST(Sequence, OrderIsQuickerThanThePlansOwnWhenThatOneZigzags) {
   std::string zigzag;
   for (int k = 0; k < 12; ++k)
-    zigzag += "[[point]]\nfrequency_Hz = " + std::to_string(k % 2 == 0 ? 30 + k : 80 - k) + "\nvoltage_percent = " + std::to_string(40 + 5 * (k % 3)) +
-              "\nload_share = 0.4\n";
+    zigzag += "[[point]]\nfrequency_Hz = " + std::to_string(k % 2 == 0 ? 30 + k : 80 - k) +
+              "\nvoltage_percent = " + std::to_string(40 + 5 * (k % 3)) + "\nload_share = 0.4\n";
   const Prepared p = prepare(zigzag);
   ASSERT_EQ(p.points.size(), 12u);
   double ordered = 0.0;
   for (const CheckedPoint& c : p.points) ordered += c.time_s;
   std::vector<CheckedPoint> as_planned = p.points;
-  std::sort(as_planned.begin(), as_planned.end(), [](const auto& a, const auto& b) { return a.plan_index < b.plan_index; });
+  std::sort(as_planned.begin(), as_planned.end(),
+            [](const auto& a, const auto& b) { return a.plan_index < b.plan_index; });
   double planned = 0.0;
   Operating here;
   double excitation = 0.0;
@@ -232,7 +243,9 @@ TEST(Sequence, OrderIsQuickerThanThePlansOwnWhenThatOneZigzags) {
 TEST(Sequence, AnyTwoPointsAreJoinedWithoutAJump) {
   std::mt19937_64 random(3);
   const Travel travel = travel_of(plan_of("[dc]\nlevels_A = [1]\n"), RigConfig{}, 60e-6);
-  const auto any = [&](double low, double high) { return low + (high - low) * static_cast<double>(random() % 1000) / 999.0; };
+  const auto any = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() % 1000) / 999.0;
+  };
   for (int k = 0; k < 500; ++k) {
     const Operating from = k % 7 == 0 ? Operating{} : Operating{any(1, 90), any(5, 200)};
     const Operating to = k % 11 == 0 ? Operating{} : Operating{any(1, 90), any(5, 200)};

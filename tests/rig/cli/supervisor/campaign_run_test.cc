@@ -30,9 +30,13 @@ using ::testing::HasSubstr;
 
 constexpr int kQuickPoints = 27;
 
-std::vector<std::string> command(const std::string& out, const std::vector<std::string>& more = {}, const std::string& pace = "max") {
-  std::vector<std::string> argv = {"imrig", "campaign", "run", source("campaigns/quick.toml"), "--emulate",
-                                   source("models/plants/proca_5hp.toml"), "--pace", pace, "--out", out};
+std::vector<std::string> command(const std::string& out, const std::vector<std::string>& more = {},
+                                 const std::string& pace = "max") {
+  std::vector<std::string> argv = {"imrig",     "campaign",
+                                   "run",       source("campaigns/quick.toml"),
+                                   "--emulate", source("models/plants/proca_5hp.toml"),
+                                   "--pace",    pace,
+                                   "--out",     out};
   argv.insert(argv.end(), more.begin(), more.end());
   return argv;
 }
@@ -70,7 +74,8 @@ TEST(CampaignRun, QuickPlanRunsWholeWithoutALostSample) {
   EXPECT_EQ(journalled(folder / "c", "point").size(), static_cast<std::size_t>(kQuickPoints));
 }
 
-// Kills everything at a moment drawn from the seed, several times over, and resumes; no point may be lost and none recorded twice.
+// Kills everything at a moment drawn from the seed, several times over, and resumes; no point may be lost and
+// none recorded twice.
 class CampaignKilled : public ::testing::TestWithParam<int> {};
 
 TEST_P(CampaignKilled, LosesNoPointAndTakesNoneTwice) {
@@ -85,7 +90,9 @@ TEST_P(CampaignKilled, LosesNoPointAndTakesNoneTwice) {
     if (has_journal(out)) argv.push_back("--resume");
     ChildProcess campaign({"imrig", argv, folder / "campaign.log"});
     const std::size_t target = finished.size() + 1 + random() % 8;
-    const auto far_enough = [&] { return (has_journal(out) && read_journal(out).done.size() >= target) || !campaign.running(); };
+    const auto far_enough = [&] {
+      return (has_journal(out) && read_journal(out).done.size() >= target) || !campaign.running();
+    };
     ASSERT_TRUE(test::wait_until(far_enough, 120));
     std::this_thread::sleep_for(std::chrono::milliseconds(random() % 100));
     std::vector<pid_t> all = test::descendants(campaign.pid());
@@ -96,14 +103,16 @@ TEST_P(CampaignKilled, LosesNoPointAndTakesNoneTwice) {
     for (const DonePoint& p : read_journal(out).done) finished.insert(p.id);
     if (finished.size() >= kQuickPoints) break;
   }
-  write_text_atomically(log_part_path(out, count_log_parts(out)), "");  // killed between the log's and the journal's first line
+  write_text_atomically(log_part_path(out, count_log_parts(out)),
+                        "");  // killed between the log's and the journal's first line
   const auto outcome = run(command(out, {"--resume", "--json"}));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(json::parse(outcome.out).at("points_done"), kQuickPoints);
 
   const auto points = journalled(out, "point");
   EXPECT_EQ(points.size(), static_cast<std::size_t>(kQuickPoints));
-  EXPECT_EQ(std::set<std::string>(points.begin(), points.end()).size(), points.size()) << "a point was taken twice";
+  EXPECT_EQ(std::set<std::string>(points.begin(), points.end()).size(), points.size())
+      << "a point was taken twice";
   EXPECT_TRUE(journalled(out, "withdrawn").empty()) << "the journal ran ahead of the log";
   std::set<std::string> whole;
   std::set<int> numbers;
@@ -123,7 +132,8 @@ TEST(CampaignRun, CtrlCStopsSafelyWithExitCodeOneAndAnIntactJournal) {
   std::vector<std::string> argv = command(folder / "c", {}, "2");
   argv[0] = std::string(IMRIG_BIN_DIR) + "/imrig";
   ChildProcess campaign({"imrig", argv, folder / "campaign.log"});
-  ASSERT_TRUE(test::wait_until([&] { return has_journal(folder / "c") && !read_journal(folder / "c").done.empty(); }, 120));
+  ASSERT_TRUE(test::wait_until(
+      [&] { return has_journal(folder / "c") && !read_journal(folder / "c").done.empty(); }, 120));
   const std::vector<pid_t> others = test::descendants(campaign.pid());
   ASSERT_GE(others.size(), 5u);
   ::kill(campaign.pid(), SIGINT);
@@ -138,14 +148,16 @@ TEST(CampaignRun, CtrlCStopsSafelyWithExitCodeOneAndAnIntactJournal) {
 TEST(CampaignRun, EmergencyStopEndsItWithTheReasonAndExitCodeOne) {
   const Folder folder;
   RigConfig rig;
-  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0&recv_buf_size=4194304";
+  rig.bus.url =
+      "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0&recv_buf_size=4194304";
   rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
   rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
   write_text_atomically(folder / "rig.toml", to_toml(rig));
   std::vector<std::string> argv = command(folder / "c", {"--config", folder / "rig.toml"}, "2");
   argv[0] = std::string(IMRIG_BIN_DIR) + "/imrig";
   ChildProcess campaign({"imrig", argv, folder / "campaign.log"});
-  ASSERT_TRUE(test::wait_until([&] { return has_journal(folder / "c") && read_journal(folder / "c").done.size() >= 3; }, 120));
+  ASSERT_TRUE(test::wait_until(
+      [&] { return has_journal(folder / "c") && read_journal(folder / "c").done.size() >= 3; }, 120));
   const auto estop = run({"imrig", "estop", "--config", folder / "rig.toml"});
   EXPECT_EQ(estop.exit_code, 0) << estop.err;
   ASSERT_TRUE(test::wait_until([&] { return !campaign.running(); }, 120));
@@ -156,11 +168,16 @@ TEST(CampaignRun, EmergencyStopEndsItWithTheReasonAndExitCodeOne) {
 
 TEST(CampaignRun, ChangedPlanIsNotResumed) {
   const Folder folder;
-  write_text_atomically(folder / "plan.toml", "version = 1\nname = \"d\"\n[dc]\nlevels_A = [5]\nsettle_s = 0.1\nrecord_s = 0.06\n");
-  const std::vector<std::string> argv = {"imrig", "campaign", "run", folder / "plan.toml", "--emulate", source("models/plants/proca_5hp.toml"),
-                                         "--pace", "max", "--out", folder / "c"};
+  write_text_atomically(folder / "plan.toml",
+                        "version = 1\nname = \"d\"\n[dc]\nlevels_A = [5]\nsettle_s = 0.1\nrecord_s = 0.06\n");
+  const std::vector<std::string> argv = {"imrig",     "campaign",
+                                         "run",       folder / "plan.toml",
+                                         "--emulate", source("models/plants/proca_5hp.toml"),
+                                         "--pace",    "max",
+                                         "--out",     folder / "c"};
   ASSERT_EQ(run(argv).exit_code, 0);
-  write_text_atomically(folder / "plan.toml", "version = 1\nname = \"d\"\n[dc]\nlevels_A = [6]\nsettle_s = 0.1\nrecord_s = 0.06\n");
+  write_text_atomically(folder / "plan.toml",
+                        "version = 1\nname = \"d\"\n[dc]\nlevels_A = [6]\nsettle_s = 0.1\nrecord_s = 0.06\n");
   auto resumed = argv;
   resumed.push_back("--resume");
   const auto outcome = run(resumed);
@@ -170,8 +187,9 @@ TEST(CampaignRun, ChangedPlanIsNotResumed) {
 
 TEST(CampaignRun, BadInputLeavesNothingBehind) {
   const Folder folder;
-  const auto bad_pace = run({"imrig", "campaign", "run", source("campaigns/dc.toml"), "--emulate", source("models/plants/proca_5hp.toml"), "--pace",
-                             "warp", "--out", folder / "c"});
+  const auto bad_pace =
+      run({"imrig", "campaign", "run", source("campaigns/dc.toml"), "--emulate",
+           source("models/plants/proca_5hp.toml"), "--pace", "warp", "--out", folder / "c"});
   EXPECT_EQ(bad_pace.exit_code, 2);
   EXPECT_THAT(bad_pace.err, HasSubstr("warp"));
   const auto no_journal = run(command(folder / "c", {"--resume"}));
@@ -185,7 +203,8 @@ TEST(CampaignRun, WithoutARigItSaysSoAndEnds) {
   RigConfig rig;
   rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0";
   write_text_atomically(folder / "rig.toml", to_toml(rig));
-  const auto outcome = run({"imrig", "campaign", "run", source("campaigns/dc.toml"), "--config", folder / "rig.toml", "--out", folder / "c"});
+  const auto outcome = run({"imrig", "campaign", "run", source("campaigns/dc.toml"), "--config",
+                            folder / "rig.toml", "--out", folder / "c"});
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.out, HasSubstr("imrig up"));
 }
@@ -196,18 +215,24 @@ TEST(CampaignCheck, ListsEveryPointOfThePaperGridWithItsReason) {
   const json result = json::parse(outcome.out);
   EXPECT_EQ(result.at("points").size(), 484u);
   EXPECT_EQ(result.at("feasible").get<int>() + result.at("infeasible").get<int>(), 484);
-  for (const json& p : result.at("points")) EXPECT_EQ(p.at("feasible").get<bool>(), p.at("why").get<std::string>().empty());
+  for (const json& p : result.at("points"))
+    EXPECT_EQ(p.at("feasible").get<bool>(), p.at("why").get<std::string>().empty());
 }
 
 TEST(Up, StartsTheRigRunsACampaignOnItAndStops) {
   const Folder folder;
   const std::string imrig = std::string(IMRIG_BIN_DIR) + "/imrig";
-  ChildProcess up({"imrig", {imrig, "up", "--emulate", source("models/plants/proca_5hp.toml"), "--pace", "max", "--out", folder / "up"},
+  ChildProcess up({"imrig",
+                   {imrig, "up", "--emulate", source("models/plants/proca_5hp.toml"), "--pace", "max",
+                    "--out", folder / "up"},
                    folder / "up.log"});
-  ASSERT_TRUE(test::wait_until([&] { return read_text(folder / "up.log").find("up; other commands") != std::string::npos || !up.running(); }));
+  ASSERT_TRUE(test::wait_until([&] {
+    return read_text(folder / "up.log").find("up; other commands") != std::string::npos || !up.running();
+  }));
   ASSERT_TRUE(up.running()) << read_text(folder / "up.log");
   const std::vector<pid_t> others = test::descendants(up.pid());
-  const auto campaign = run({"imrig", "campaign", "run", source("campaigns/dc.toml"), "--config", folder / "up/rig.toml", "--out", folder / "c"});
+  const auto campaign = run({"imrig", "campaign", "run", source("campaigns/dc.toml"), "--config",
+                             folder / "up/rig.toml", "--out", folder / "c"});
   EXPECT_EQ(campaign.exit_code, 0) << campaign.out << campaign.err;
   ::kill(up.pid(), SIGINT);
   ASSERT_TRUE(test::wait_until([&] { return !up.running(); }));
@@ -219,9 +244,12 @@ TEST(Up, StartsTheRigRunsACampaignOnItAndStops) {
 TEST(Up, DeadProcessStopsTheRigWithExitCodeOne) {
   const Folder folder;
   ChildProcess up({"imrig",
-                   {std::string(IMRIG_BIN_DIR) + "/imrig", "up", "--emulate", source("models/plants/proca_5hp.toml"), "--out", folder / "up"},
+                   {std::string(IMRIG_BIN_DIR) + "/imrig", "up", "--emulate",
+                    source("models/plants/proca_5hp.toml"), "--out", folder / "up"},
                    folder / "up.log"});
-  ASSERT_TRUE(test::wait_until([&] { return read_text(folder / "up.log").find("up; other commands") != std::string::npos || !up.running(); }));
+  ASSERT_TRUE(test::wait_until([&] {
+    return read_text(folder / "up.log").find("up; other commands") != std::string::npos || !up.running();
+  }));
   const std::vector<pid_t> others = test::descendants(up.pid());
   for (const pid_t pid : others) {
     std::ifstream name("/proc/" + std::to_string(pid) + "/comm");
@@ -242,10 +270,14 @@ TEST(Up, AbsentHardwareIsAWarningAndTheRigIsDegraded) {
   rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
   rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
   write_text_atomically(folder / "rig.toml", to_toml(rig));
-  ChildProcess up({"imrig", {std::string(IMRIG_BIN_DIR) + "/imrig", "up", "--config", folder / "rig.toml", "--out", folder / "up"}, folder / "up.log"});
+  ChildProcess up(
+      {"imrig",
+       {std::string(IMRIG_BIN_DIR) + "/imrig", "up", "--config", folder / "rig.toml", "--out", folder / "up"},
+       folder / "up.log"});
   EXPECT_TRUE(test::wait_until([&] {
     const std::string log = read_text(folder / "up.log");
-    return log.find("no DSP answers") != std::string::npos && log.find("no excitation supply answers") != std::string::npos;
+    return log.find("no DSP answers") != std::string::npos &&
+           log.find("no excitation supply answers") != std::string::npos;
   })) << read_text(folder / "up.log");
   EXPECT_TRUE(up.running());
   EXPECT_TRUE(up.stop(30000));

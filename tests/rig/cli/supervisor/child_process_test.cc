@@ -20,7 +20,9 @@ using ::testing::HasSubstr;
 
 class ChildProcessTest : public ::testing::Test {
  protected:
-  ChildSpec shell(const std::string& script) { return {"child", {"/bin/sh", "-c", script}, folder_ / "child.log"}; }
+  ChildSpec shell(const std::string& script) {
+    return {"child", {"/bin/sh", "-c", script}, folder_ / "child.log"};
+  }
 
   template <class Call>
   std::string complaint(Call call) {
@@ -78,9 +80,14 @@ TEST_F(ChildProcessTest, OneThatIgnoresTermIsKilled) {
 }
 
 TEST_F(ChildProcessTest, MissingProgramAndFolderAreTold) {
-  EXPECT_THAT(complaint([&] { ChildProcess child({"x", {"/nonexistent/imrig-x"}, folder_ / "x.log"}); }),
+  EXPECT_THAT(complaint([&] {
+                ChildProcess child({"x", {"/nonexistent/imrig-x"}, folder_ / "x.log"});
+              }),
               HasSubstr("/nonexistent/imrig-x: cannot be started"));
-  EXPECT_THAT(complaint([&] { ChildProcess child({"x", {"/bin/true"}, "/nonexistent/x.log"}); }), HasSubstr("/nonexistent/x.log"));
+  EXPECT_THAT(complaint([&] {
+                ChildProcess child({"x", {"/bin/true"}, "/nonexistent/x.log"});
+              }),
+              HasSubstr("/nonexistent/x.log"));
 }
 
 TEST_F(ChildProcessTest, DestructionLeavesNoProcess) {

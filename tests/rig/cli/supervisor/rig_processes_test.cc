@@ -55,7 +55,8 @@ TEST_F(RigProcessesTest, AllStartOnPortsOfTheirOwnAndStopByThemselves) {
   EXPECT_NE(written.bus.url, RigConfig{}.bus.url);
   EXPECT_EQ(rig.fallen(), "");
   EXPECT_THAT(rig.stop(30000), IsEmpty());
-  for (const auto& child : rig.children()) EXPECT_EQ(child->exit_code(), 0) << child->name() << ": " << child->last_words();
+  for (const auto& child : rig.children())
+    EXPECT_EQ(child->exit_code(), 0) << child->name() << ": " << child->last_words();
 }
 
 TEST_F(RigProcessesTest, FallenProcessIsNamed) {
