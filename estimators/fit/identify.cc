@@ -11,9 +11,9 @@
 #include "estimators/fit/data_nominal.h"
 #include "estimators/fit/dc_test.h"
 #include "estimators/fit/goodness.h"
-#include "estimators/fit/points_fit.h"
 #include "estimators/fit/series_records.h"
 #include "estimators/fit/student_t.h"
+#include "estimators/fit/table_records.h"
 #include "rig/base/error.h"
 
 namespace imrig::est {
@@ -59,7 +59,8 @@ class Identification {
     }
     measure_resistance(dc);
     if (!series.empty()) fit_series(series);
-    for (const std::size_t k : tables) fit_table(k);
+    for (const std::size_t k : tables)
+      fit_table_record(data_, data_.records[k], R_s_, given_circuit(), options_, result_.records[k]);
     assemble_model(series, tables);
     finish();
     return std::move(result_);
@@ -212,43 +213,7 @@ class Identification {
           "add a dc record, or give a model with R_s");
     }
     take_resistance(found, "transient with R_s free, ");
-    note(fmt::format("no dc record: R_s = {:.4g} ohm was fitted with the other parameters", R_s_));
-  }
-
-  // ---- tables of points
-
-  void fit_table(std::size_t k) {
-    RecordResult& row = result_.records[k];
-    PointsOptions options;
-    options.pole_pairs = data_.pole_pairs;
-    options.noise = data_.noise;
-    options.R_s = R_s_;
-    options.R_s_sigma = R_s_sigma_;
-    if (const auto given = given_circuit()) options.starts.push_back(*given);
-    const PointsFit fit = fit_points(data_.records[k].points, options);
-    row.notes = fit.notes;
-    row.nrmse = fit.nrmse;
-    row.chi2_per_dof = fit.chi2_per_dof;
-    row.rejected = fit.failure;
-    if (!fit.failure.empty()) return;
-    table_estimates(fit, row);
-  }
-
-  void table_estimates(const PointsFit& fit, RecordResult& row) {
-    const std::array values{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
-    for (std::size_t m = R_s_known() ? 1 : 0; m < values.size(); ++m) {
-      const auto& base = base_parameters()[m];
-      RecordEstimate estimate{values[m], fit.sigma[m], fit.per_R_s[m], base.unit, "", false};
-      if (fit.on_bound[m]) {
-        estimate.left_out = "lies on a bound of the search";
-      } else if (!(fit.sigma[m] <= options_.max_relative_sigma * values[m])) {
-        estimate.left_out = fmt::format("its own sigma is {:.2g} %", 100.0 * fit.sigma[m] / values[m]);
-        estimate.weak = true;
-      } else {
-        row.used_for.push_back(base.name);
-      }
-      row.parameters[base.name] = estimate;
-    }
+    note(fmt::format("no dc record to use: R_s = {:.4g} ohm was fitted with the other parameters", R_s_));
   }
 
   // ---- the model

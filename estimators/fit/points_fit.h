@@ -20,9 +20,8 @@ namespace imrig::est {
 
 struct PointsOptions {
   int pole_pairs = 0;
-  Noise noise;            // NaN: defaults of points_noise
-  double R_s = kMissing;  // given and kept; NaN: fitted
-  double R_s_sigma = 0.0;
+  Noise noise;                                    // NaN: defaults of points_noise
+  double R_s = kMissing;                          // given and kept; NaN: fitted
   std::vector<MachineParameters<double>> starts;  // besides the ones from the table itself
 };
 

@@ -18,7 +18,8 @@ namespace imrig::est {
 
 namespace {
 
-constexpr double kWorstMisfit = 0.3;   // nrmse above which the machine model says nothing about the record
+constexpr double kWorstMisfit = 0.3;  // nrmse above which the machine model says nothing about the record
+constexpr int kMostThreads = 64;
 constexpr double kBlind = 0.1;         // relative sigma from which a record does not see a parameter
 constexpr double kBackwardSlip = 1.8;  // a rotor that turns against the field: slip about 2
 constexpr std::array<const char*, kCircuit> kNames{"R_s", "R_r", "L_l", "L_m"};
@@ -171,7 +172,7 @@ std::vector<RecordResult> fit_series_records(const DataSet& data, const std::vec
     }
   };
   std::vector<std::jthread> helpers;
-  for (int t = 1; t < options.threads; ++t) helpers.emplace_back(work);
+  for (int t = 1; t < std::min(options.threads, kMostThreads); ++t) helpers.emplace_back(work);
   work();
   helpers.clear();
   return results;
