@@ -64,7 +64,8 @@ Drive::Drive(const PlantConfig& config)
       mechanics_(config.mechanics),
       effects_(config.effects),
       base_{config.machine.R_s_ohm, config.machine.R_r_ohm, 0.0},
-      n_p_(config.machine.pole_pairs) {
+      n_p_(config.machine.pole_pairs),
+      L_m_(config.machine.L_m_H) {
   check_rates(config);
   if (!magnetics_.linear() &&
       magnetics_.fastest_rate(base_.R_s, base_.R_r) * static_cast<double>(config.sample_time_ns) * 1e-9 >
@@ -188,7 +189,7 @@ Drive::Flow Drive::flow(const double* x) const {
   Flow flow;
   Conditions& at = flow.at;
   const double* own = x + kOwn;
-  at.n_p = n_p_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
+  at.n_p = n_p_, at.L_m = L_m_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
   at.psi_s = {x[kPsiS], x[kPsiS + 1]};
   at.psi_r = {x[kPsiR], x[kPsiR + 1]};
   at.w_mech = x[kSpeed];
@@ -232,7 +233,7 @@ Drive::Flow Drive::flow(const double* x) const {
 
 Complex Drive::stator_current(const State& x) const {
   Conditions at;
-  at.n_p = n_p_;
+  at.n_p = n_p_, at.L_m = L_m_;
   at.psi_s = {x[kPsiS], x[kPsiS + 1]};
   at.psi_r = {x[kPsiR], x[kPsiR + 1]};
   at.w_mech = x[kSpeed], at.angle = x[kAngle];
@@ -243,7 +244,7 @@ void Drive::set_stator_current(State& x, Complex i_s) const {
   // One step is exact in the linear circuit; Newton's method needs a few where an effect bends it.
   for (int round = 0; round < (effects_.currents().empty() && magnetics_.linear() ? 1 : 8); ++round) {
     Conditions at;
-    at.n_p = n_p_;
+    at.n_p = n_p_, at.L_m = L_m_;
     at.psi_s = {x[kPsiS], x[kPsiS + 1]};
     at.psi_r = {x[kPsiR], x[kPsiR + 1]};
     at.w_mech = x[kSpeed], at.angle = x[kAngle];
@@ -255,7 +256,9 @@ void Drive::set_stator_current(State& x, Complex i_s) const {
 }
 
 double Drive::magnetic_J(const Conditions& at, const State& x) const {
-  double stored_J = magnetics_.linear() ? 0.5 * (power_W(at.psi_s, at.i.s) + power_W(at.psi_r, at.i.r))
+  // Of the circuit alone: effects that bend its currents add their own part.
+  const Currents i = effects_.currents().empty() ? at.i : circuit_.currents(at.psi_s, at.psi_r);
+  double stored_J = magnetics_.linear() ? 0.5 * (power_W(at.psi_s, i.s) + power_W(at.psi_r, i.r))
                                         : magnetics_.energy_J(at.psi_s, at.psi_r);
   for (const auto& slot : effects_.energy()) slot.effect->energy(at, own(x, slot), stored_J);
   return stored_J;

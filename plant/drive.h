@@ -95,7 +95,7 @@ class Drive {
   MechanicsConfig mechanics_;
   EffectSet effects_;
   Resistances base_;
-  double n_p_;
+  double n_p_, L_m_;
 };
 
 }  // namespace imrig::plant

@@ -51,6 +51,7 @@ struct Losses {
 // own place.
 struct Conditions {
   double n_p = 1.0;                   // pole pairs of the motor
+  double L_m = 0.0;  // H, T circuit, the file's
   double dc_link_V = 0.0;             // as it is over this stretch
   double cycle_s = 0.0;               // of an averaged inverter; 0 where every switching instant is followed
   std::complex<double> psi_s, psi_r;  // Wb, stator frame, T circuit

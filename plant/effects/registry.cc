@@ -1,6 +1,7 @@
 #include "plant/effects/registry.h"
 
 #include "plant/effects/broken_bar_reader.h"
+#include "plant/effects/faults_reader.h"
 #include "plant/effects/friction.h"
 #include "plant/effects/inverter_dead_time_reader.h"
 #include "plant/effects/loss_readers.h"
@@ -63,6 +64,14 @@ const std::vector<EffectEntry>& effect_registry() {
        "once_rad = 0.01\ntwice_rad = 0.005"},
       {"thermocouple", "the winding's thermocouple lags and errs", read_thermocouple, "",
        "lag_s = 30\ngain = 0.02\noffset_C = 1.5"},
+      {"eccentricity", "the rotor is not in its centre: the gap varies with stator and shaft", read_eccentricity, "",
+       "static_share = 0.4\ndynamic_share = 0.3"},
+      {"interbar_current", "currents between the bars shunt the skew leakage and burn power", read_interbar_current, "",
+       "inductance_H = 0.0015\nresistance_ohm = 0.6"},
+      {"stick_slip", "the bearing sticks, and brakes less once it moves", read_stick_slip, "",
+       "break_away_Nm = 1.0\ncoulomb_Nm = 0.4"},
+      {"coupling_torsion", "motor and generator are two masses on a shaft that twists", read_coupling_torsion, "",
+       "stiffness_Nm = 800\ndamping_Nms = 0.1"},
   };
   return registry;
 }
