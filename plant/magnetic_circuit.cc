@@ -9,7 +9,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kConverged = 1e-9;  // of the fluxes; Newton's next step would be its square
+constexpr double kConverged = 2e-8;  // of the fluxes; Newton's next step would be its square
 
 bool straight(const SaturationLaw& law) { return law.saturated_ratio == 1.0; }
 
@@ -20,10 +20,6 @@ TwoSlope extra(const SaturationLaw& law, double inductance_H, double knee_Wb) {
 }
 
 }  // namespace
-
-Complex MagneticCircuit::Branch::current(Complex psi) const {
-  return (extra.none() ? base : base + extra.secant(std::norm(psi))) * psi;
-}
 
 Complex MagneticCircuit::Branch::add(Complex psi, double weight, Matrix2& jacobian) const {
   if (extra.none()) {
@@ -59,18 +55,26 @@ MagneticCircuit::MagneticCircuit(const MachineConfig& machine, const MagneticLaw
 }
 
 // The residual is the sum of the currents that leave the air gap's node; its Jacobian is symmetric and
-// positive definite, so a short enough step along Newton's direction always lessens it.
-Complex MagneticCircuit::air_gap_flux(Complex psi_s, Complex psi_r) const {
-  const double rest = 1.0 - share_;
+// positive definite, so a short enough step along Newton's direction always lessens it. The last step is so
+// short that the branches' tangents give the currents behind it.
+MagneticCircuit::Point MagneticCircuit::solve(Complex psi_s, Complex psi_r) const {
+  const double c = share_, rest = 1.0 - c;
   const double enough = kConverged * (std::abs(psi_s) + std::abs(psi_r));
   Complex at = (stator_.base * psi_s + rotor_.base * psi_r) / (stator_.base + rotor_.base + main_.base);
   Complex step = 0.0;
+  Currents i;
   double last = INFINITY;
   for (int round = 0; round < kMostRounds; ++round) {
-    Matrix2 jacobian;
-    Complex residual = main_.add(at, 1.0, jacobian);
-    residual -= stator_.add(psi_s - at, 1.0, jacobian) + rotor_.add(psi_r - at, 1.0, jacobian);
-    if (!teeth_.extra.none()) residual += rest * teeth_.add(teeth_flux(psi_s, at), rest * rest, jacobian);
+    Matrix2 s, r, t, node;
+    Complex residual = main_.add(at, 1.0, node), i_t = 0.0;
+    i.s = stator_.add(psi_s - at, 1.0, s), i.r = rotor_.add(psi_r - at, 1.0, r);
+    residual -= i.s + i.r;
+    node = node + s + r;
+    if (!teeth_.extra.none()) {
+      i_t = teeth_.add(teeth_flux(psi_s, at), 1.0, t);
+      residual += rest * i_t;
+      node = node + rest * rest * t;
+    }
     const double size = std::norm(residual);
     if (size > last) {
       step *= 0.5;
@@ -78,22 +82,17 @@ Complex MagneticCircuit::air_gap_flux(Complex psi_s, Complex psi_r) const {
       continue;
     }
     last = size;
-    step = -(inverse(jacobian) * residual);
+    step = -(inverse(node) * residual);
     at += step;
+    i.s -= s * step, i.r -= r * step;
+    if (c != 0.0) i.s += c * (i_t + rest * (t * step));
     if (std::abs(step.real()) + std::abs(step.imag()) <= enough) break;
   }
-  return at;
-}
-
-MagneticCircuit::Point MagneticCircuit::solve(Complex psi_s, Complex psi_r) const {
-  const Complex psi_m = air_gap_flux(psi_s, psi_r);
-  Currents i{stator_.current(psi_s - psi_m), rotor_.current(psi_r - psi_m)};
-  if (!teeth_.extra.none()) i.s += share_ * teeth_.current(teeth_flux(psi_s, psi_m));
-  return {psi_m, i};
+  return {at, i};
 }
 
 MagneticCircuit::Incremental MagneticCircuit::incremental(Complex psi_s, Complex psi_r) const {
-  const Complex psi_m = air_gap_flux(psi_s, psi_r);
+  const Complex psi_m = solve(psi_s, psi_r).psi_m;
   Matrix2 s, r, m, t;
   stator_.add(psi_s - psi_m, 1.0, s), rotor_.add(psi_r - psi_m, 1.0, r), main_.add(psi_m, 1.0, m);
   teeth_.add(teeth_flux(psi_s, psi_m), 1.0, t);
@@ -106,7 +105,7 @@ MagneticCircuit::Incremental MagneticCircuit::incremental(Complex psi_s, Complex
 }
 
 double MagneticCircuit::energy_J(Complex psi_s, Complex psi_r) const {
-  const Complex psi_m = air_gap_flux(psi_s, psi_r);
+  const Complex psi_m = solve(psi_s, psi_r).psi_m;
   return 1.5 * (stator_.energy(psi_s - psi_m) + rotor_.energy(psi_r - psi_m) + main_.energy(psi_m) +
                 teeth_.energy(teeth_flux(psi_s, psi_m)));
 }

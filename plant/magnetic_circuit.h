@@ -55,7 +55,6 @@ class MagneticCircuit {
   struct Branch {
     double base = 0.0;  // 1/H
     TwoSlope extra;
-    std::complex<double> current(std::complex<double> psi) const;
     // Adds the branch's Jacobian times `weight`; returns its current.
     std::complex<double> add(std::complex<double> psi, double weight, Matrix2& jacobian) const;
     double energy(std::complex<double> psi) const;
@@ -63,7 +62,6 @@ class MagneticCircuit {
   std::complex<double> teeth_flux(std::complex<double> psi_s, std::complex<double> psi_m) const {
     return psi_m + share_ * (psi_s - psi_m);
   }
-  std::complex<double> air_gap_flux(std::complex<double> psi_s, std::complex<double> psi_r) const;
 
   MachineConfig machine_;
   bool linear_;
