@@ -71,6 +71,12 @@ GeneratorConfig read_generator(const ConfigReader& table) {
   g.flux_per_field_A_Wb = table.number_or("flux_per_field_A_Wb", g.flux_per_field_A_Wb, {1e-6, 1e3});
   g.L_s_H = table.number_or("L_s_H", g.L_s_H, kHenry);
   g.R_a_ohm = table.number_or("R_a_ohm", g.R_a_ohm, kOhm);
+  if (table.has("box_steps_ohm")) {  // a resistor box with switches: the step that is in
+    if (table.has("R_load_ohm")) table.fail("R_load_ohm", "stands beside box_steps_ohm", "one of the two");
+    const auto steps = table.numbers("box_steps_ohm", 1, 64, kOhm);
+    const auto step = table.integer_or("box_step", 1, {1.0, static_cast<double>(steps.size())});
+    g.R_load_ohm = steps[static_cast<std::size_t>(step - 1)];
+  }
   g.R_load_ohm = table.number_or("R_load_ohm", g.R_load_ohm, kOhm);
   g.R_field_ohm = table.number_or("R_field_ohm", g.R_field_ohm, {1e-3, 1e5});
   g.L_field_H = table.number_or("L_field_H", g.L_field_H, {1e-6, 1e5});

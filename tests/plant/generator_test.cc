@@ -56,6 +56,20 @@ TEST(Generator, CarriesItsShortCircuitCurrent) {
   EXPECT_NEAR(now.load_Nm, steady.torque, 1e-4 * steady.torque);
 }
 
+// Armature reaction: the loaded armature's own field lies across and against the field winding's,
+//   i_d = -w^2 L M i_f/(R^2 + w^2 L^2),   i_q = -w R M i_f/(R^2 + w^2 L^2).
+TEST(Generator, WeakensItsFieldByItsArmatureReaction) {
+  PlantConfig c = config();
+  c.generator.R_load_ohm = 3.0;
+  const Observed now = loaded(c, 0.5, 60.0).state();
+  const GeneratorConfig& g = c.generator;
+  const double w = g.pole_pairs * now.w_mech_rad_s, R = g.R_a_ohm + g.R_load_ohm, X = w * g.L_s_H;
+  const double psi = g.flux_per_field_A_Wb * now.field_A, i_d = -w * X * psi / (R * R + X * X);
+  EXPECT_NEAR(now.generator_i_d_A, i_d, 2e-4 * std::abs(i_d));
+  EXPECT_NEAR(now.generator_i_q_A, i_d * R / X, 2e-4 * std::abs(i_d * R / X));
+  EXPECT_LT(g.L_s_H * i_d, -0.3 * psi);  // a good part of the flux
+}
+
 TEST(Generator, TurnsShaftPowerIntoHeatInArmatureAndBox) {
   const PlantConfig c = config();
   const Powers p = loaded(c, 1.2, 60.0).powers();

@@ -105,6 +105,15 @@ TEST(PlantConfig, RefusesACircuitFasterThanTheSampleTime) {
   EXPECT_EQ(complaint(kMotor + "[generator]\nR_load_ohm = 30\n"), "");
 }
 
+TEST(PlantConfig, TakesTheStepOfTheResistorBoxThatIsIn) {
+  const std::string box = kMotor + "[generator]\nbox_steps_ohm = [30, 23.4, 11.7]\n";
+  EXPECT_EQ(parse_plant_config(box, "plant.toml").generator.R_load_ohm, 30.0);
+  EXPECT_EQ(parse_plant_config(box + "box_step = 3\n", "plant.toml").generator.R_load_ohm, 11.7);
+  EXPECT_THAT(complaint(box + "box_step = 4\n"), HasSubstr("box_step"));
+  EXPECT_THAT(complaint(box + "R_load_ohm = 10\n"), HasSubstr("box_steps_ohm"));
+  EXPECT_THAT(complaint(kMotor + "[generator]\nbox_step = 1\n"), HasSubstr("box_step"));
+}
+
 TEST(PlantConfig, SaysWhatIsWrongWithItsNumbers) {
   EXPECT_THAT(complaint(kMotor + "[sensors]\nadc_bits = 99\n"), HasSubstr("adc_bits"));
   EXPECT_THAT(complaint(kMotor + "[sensors]\ncurrent_range_A = nan\n"), HasSubstr("current_range_A"));
