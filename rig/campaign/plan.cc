@@ -21,10 +21,13 @@ struct Named {
   PointKind kind;
   const char* word;
 };
-constexpr Named kKinds[] = {{PointKind::kDc, "dc"},           {PointKind::kStandstill, "standstill"},
+constexpr Named kKinds[] = {{PointKind::kDc, "dc"},
+                            {PointKind::kStandstill, "standstill"},
                             {PointKind::kLockedSweep, "locked_sweep"},
-                            {PointKind::kStartup, "startup"}, {PointKind::kNoLoad, "no_load"},
-                            {PointKind::kSteady, "steady"},   {PointKind::kStep, "step"},
+                            {PointKind::kStartup, "startup"},
+                            {PointKind::kNoLoad, "no_load"},
+                            {PointKind::kSteady, "steady"},
+                            {PointKind::kStep, "step"},
                             {PointKind::kCoastDown, "coast_down"}};
 
 // 60 -> "60", 32.5 -> "32p5": ids serve as file names.
@@ -44,12 +47,16 @@ std::string grid_id(PointKind kind, double f, double v, const std::string& load)
 void read_times(const ConfigReader& table, PlanPoint& point) {
   const bool rests = begins_at_rest(point.kind);
   point.settle_s = table.number_or("settle_s", rests ? 1.0 : 0.8, {0, 36000});
-  point.settle_bound_s = rests ? point.settle_s : table.number_or("settle_bound_s", std::max(3.0, point.settle_s), {0, 36000});
+  point.settle_bound_s =
+      rests ? point.settle_s : table.number_or("settle_bound_s", std::max(3.0, point.settle_s), {0, 36000});
   if (point.settle_bound_s < point.settle_s)
     table.fail("settle_bound_s", "is shorter than settle_s", "the bound is the longest wait");
-  const bool event = point.kind == PointKind::kStep || point.kind == PointKind::kStartup || point.kind == PointKind::kCoastDown;
+  const bool event = point.kind == PointKind::kStep || point.kind == PointKind::kStartup ||
+                     point.kind == PointKind::kCoastDown;
   if (event) point.before_s = table.number_or("before_s", 0.1, {0, 60});
-  const double usual = point.kind == PointKind::kStandstill ? 6.0 : point.kind == PointKind::kCoastDown ? 2.0 : 0.5;
+  const double usual = point.kind == PointKind::kStandstill  ? 6.0
+                       : point.kind == PointKind::kCoastDown ? 2.0
+                                                             : 0.5;
   point.record_s = table.number_or("record_s", usual, {1e-3, 600});
 }
 
@@ -138,7 +145,8 @@ class Expansion {
     }
   }
 
-  // [grid], [steady], [no_load], [startup], [coast_down]: every frequency with every voltage, and every load where there is one.
+  // [grid], [steady], [no_load], [startup], [coast_down]: every frequency with every voltage, and every load
+  // where there is one.
   void grid(const char* name, PointKind kind) {
     const auto table = file_.table_if(name);
     if (!table) return;
@@ -172,7 +180,8 @@ class Expansion {
       point.frequency_Hz = table.number("frequency_Hz", {0.5, 2000});
       point.voltage_percent = table.number("voltage_percent", {0.1, 200});
       std::string word;
-      if (point.kind == PointKind::kStep || point.kind == PointKind::kSteady) word = read_load(table, point.load);
+      if (point.kind == PointKind::kStep || point.kind == PointKind::kSteady)
+        word = read_load(table, point.load);
       point.id = table.text_or("id", grid_id(point.kind, point.frequency_Hz, point.voltage_percent, word));
       if (table.boolean_or("holdout", false)) point.holdout = true;
       add(table, point);
@@ -183,12 +192,14 @@ class Expansion {
   static PointKind kind_of(const ConfigReader& table) {
     const std::string word =
         table.choice_or("kind", {"step", "steady", "no_load", "startup", "coast_down"}, "step");
-    return std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Named& n) { return n.word == word; })->kind;
+    return std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Named& n) { return n.word == word; })
+        ->kind;
   }
 
   static double read_step(const ConfigReader& table) {
     const double percent = table.number_or("step_percent", 10.0, {-50, 50});
-    if (percent == 0.0) table.fail("step_percent", "is 0", "a step record needs a step; ask for kind steady else");
+    if (percent == 0.0)
+      table.fail("step_percent", "is 0", "a step record needs a step; ask for kind steady else");
     return percent / 100.0;
   }
 
@@ -204,8 +215,10 @@ class Expansion {
 
   void add(const ConfigReader& table, PlanPoint point) {
     if (point.id.empty() || point.id.size() > 80 ||
-        point.id.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-") != std::string::npos)
-      table.fail("id", fmt::format("\"{}\" cannot name a record", point.id), "letters, digits, _ . - and at most 80 of them");
+        point.id.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-") !=
+            std::string::npos)
+      table.fail("id", fmt::format("\"{}\" cannot name a record", point.id),
+                 "letters, digits, _ . - and at most 80 of them");
     const long long repeats = table.integer_or("repeats", file_.integer_or("repeats", 1, {1, 100}), {1, 100});
     const std::string first = point.id;
     for (long long k = 1; k <= repeats; ++k) {
@@ -214,8 +227,10 @@ class Expansion {
         point.repeat_of = first;
       }
       if (!ids_.insert(point.id).second)
-        table.fail("id", fmt::format("two points are called \"{}\"", point.id), "give one of them another id");
-      if (plan_.points.size() >= kMostPoints) table.fail("repeats", fmt::format("make more than {} points", kMostPoints));
+        table.fail("id", fmt::format("two points are called \"{}\"", point.id),
+                   "give one of them another id");
+      if (plan_.points.size() >= kMostPoints)
+        table.fail("repeats", fmt::format("make more than {} points", kMostPoints));
       plan_.points.push_back(point);
     }
   }
@@ -225,7 +240,8 @@ class Expansion {
   std::set<std::string> ids_;
 };
 
-// Spreads the bits of a hash: ids that differ in their last letter alone must not stay neighbours (finalizer of MurmurHash3).
+// Spreads the bits of a hash: ids that differ in their last letter alone must not stay neighbours (finalizer
+// of MurmurHash3).
 std::uint64_t spread(std::uint64_t x) {
   x ^= x >> 33;
   x *= 0xff51afd7ed558ccdull;
@@ -234,22 +250,27 @@ std::uint64_t spread(std::uint64_t x) {
   return x ^ (x >> 33);
 }
 
-// Holdouts by list of ids, or a fraction of the step records, spread by a hash of the id so that the choice outlives edits elsewhere.
+// Holdouts by list of ids, or a fraction of the step records, spread by a hash of the id so that the choice
+// outlives edits elsewhere.
 void mark_holdouts(const ConfigReader& file, Plan& plan) {
   if (file.has("holdout")) {
-    if (file.has("holdout_fraction")) file.fail("holdout", "stands beside holdout_fraction", "give one of the two");
+    if (file.has("holdout_fraction"))
+      file.fail("holdout", "stands beside holdout_fraction", "give one of the two");
     for (const std::string& id : file.texts("holdout", 0, kMostPoints)) {
       bool found = false;
       for (PlanPoint& point : plan.points)
         if (point.id == id || point.repeat_of == id) found = point.holdout = true;
-      if (!found) file.fail("holdout", fmt::format("no point is called \"{}\"", id), "use the ids that `imrig campaign check` lists");
+      if (!found)
+        file.fail("holdout", fmt::format("no point is called \"{}\"", id),
+                  "use the ids that `imrig campaign check` lists");
     }
     return;
   }
   const double fraction = file.number_or("holdout_fraction", 0.0, {0, 0.9});
   std::vector<std::pair<std::uint64_t, std::string>> steps;
   for (const PlanPoint& point : plan.points)
-    if (point.kind == PointKind::kStep && point.repeat_of.empty()) steps.emplace_back(spread(fnv1a64(point.id)), point.id);
+    if (point.kind == PointKind::kStep && point.repeat_of.empty())
+      steps.emplace_back(spread(fnv1a64(point.id)), point.id);
   std::sort(steps.begin(), steps.end());
   std::set<std::string> chosen;
   const auto count = static_cast<std::size_t>(std::lround(fraction * static_cast<double>(steps.size())));
@@ -270,8 +291,10 @@ void read_limits(const ConfigReader& file, PlanLimits& limits) {
 void read_motion(const ConfigReader& file, Motion& motion) {
   const auto table = file.table_if("motion");
   if (!table) return;
-  motion.frequency_ramp_Hz_per_s = table->number_or("frequency_ramp_Hz_per_s", motion.frequency_ramp_Hz_per_s, {0.1, 1e4});
-  motion.voltage_ramp_V_per_s = table->number_or("voltage_ramp_V_per_s", motion.voltage_ramp_V_per_s, {0.1, 1e5});
+  motion.frequency_ramp_Hz_per_s =
+      table->number_or("frequency_ramp_Hz_per_s", motion.frequency_ramp_Hz_per_s, {0.1, 1e4});
+  motion.voltage_ramp_V_per_s =
+      table->number_or("voltage_ramp_V_per_s", motion.voltage_ramp_V_per_s, {0.1, 1e5});
   motion.unload_s = table->number_or("unload_s", motion.unload_s, {0, 60});
 }
 
@@ -283,9 +306,7 @@ std::string_view point_kind_word(PointKind kind) {
   return "free";
 }
 
-bool begins_at_rest(PointKind kind) {
-  return stays_at_rest(kind) || kind == PointKind::kStartup;
-}
+bool begins_at_rest(PointKind kind) { return stays_at_rest(kind) || kind == PointKind::kStartup; }
 
 bool stays_at_rest(PointKind kind) {
   return kind == PointKind::kDc || kind == PointKind::kStandstill || kind == PointKind::kLockedSweep;
@@ -313,7 +334,9 @@ Plan parse_plan(const std::string& text, const std::string& name) {
   mark_holdouts(file, plan);
   file.finish();
   if (plan.points.empty())
-    throw Error(name, "holds no point", "give it [dc], [standstill], [locked_sweep], [startup], [no_load], [steady], [grid], [coast_down] or [[point]]");
+    throw Error(name, "holds no point",
+                "give it [dc], [standstill], [locked_sweep], [startup], [no_load], [steady], [grid], "
+                "[coast_down] or [[point]]");
   plan.hash = fnv1a64(text);
   return plan;
 }

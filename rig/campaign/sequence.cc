@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 #include "rig/base/space_vector.h"
 
@@ -18,9 +17,8 @@ constexpr double kAccelerateShare = 0.25;  // of the pull-out torque at travelli
 constexpr double kCrawl = 0.25;            // share of the ramp's rate below crawl_Hz
 constexpr double kLoadedMove = 0.25;       // voltage changes up to this share are made with the load on
 constexpr double kRestBound_s = 90.0;
-constexpr int kTail = 8;                   // samples after a record, so that its last block is sent at once
-constexpr int kRegulatorPeriod = 4;        // samples: one PWM cycle
-constexpr std::size_t kMostForGreedy = 1500;
+constexpr int kTail = 8;             // samples after a record, so that its last block is sent at once
+constexpr int kRegulatorPeriod = 4;  // samples: one PWM cycle
 
 std::int64_t samples_in(const Travel& travel, double seconds) {
   return std::max<std::int64_t>(1, std::llround(seconds / travel.sample_time_s));
@@ -89,13 +87,6 @@ class Route {
 segment_t recorded(segment_t s) {
   s.record = 1;
   return s;
-}
-
-double duration_s(const Travel& travel, const std::vector<Action>& actions) {
-  double total = 0.0;
-  for (const Action& action : actions)
-    total += action.wait_s + static_cast<double>(action.profile.total_samples()) * travel.sample_time_s;
-  return total;
 }
 
 }  // namespace
@@ -205,8 +196,10 @@ Profile startup_profile(const Travel& travel, const CheckedPoint& checked) {
   const PlanPoint& point = checked.point;
   const Operating there = operating_after(checked);
   Profile profile;
-  if (point.before_s > 0) profile.segments.push_back(recorded(blank(travel, segment_t::GATES_OFF, point.before_s)));
-  if (point.ramp_s > 0) profile.segments.push_back(recorded(voltage(travel, point.ramp_s, {0.0, travel.boost_V}, there)));
+  if (point.before_s > 0)
+    profile.segments.push_back(recorded(blank(travel, segment_t::GATES_OFF, point.before_s)));
+  if (point.ramp_s > 0)
+    profile.segments.push_back(recorded(voltage(travel, point.ramp_s, {0.0, travel.boost_V}, there)));
   profile.segments.push_back(recorded(voltage(travel, point.record_s, there, there)));
   return profile;
 }
@@ -223,8 +216,10 @@ Operating operating_after(const CheckedPoint& checked) {
     case PointKind::kDc:
     case PointKind::kStandstill:
     case PointKind::kLockedSweep:
-    case PointKind::kCoastDown: return {};
-    default: return {checked.point.frequency_Hz, checked.stepped_V};
+    case PointKind::kCoastDown:
+      return {};
+    default:
+      return {checked.point.frequency_Hz, checked.stepped_V};
   }
 }
 
@@ -234,23 +229,36 @@ Profile record_profile(const Travel& travel, const CheckedPoint& checked) {
   const Operating after = operating_after(checked);
   Profile profile;
   switch (point.kind) {
-    case PointKind::kDc: profile = dc_profile(travel, point); break;
-    case PointKind::kStandstill: profile = standstill_profile(travel, point); break;
-    case PointKind::kLockedSweep: profile = locked_sweep_profile(travel, checked); break;
-    case PointKind::kStartup: profile = startup_profile(travel, checked); break;
+    case PointKind::kDc:
+      profile = dc_profile(travel, point);
+      break;
+    case PointKind::kStandstill:
+      profile = standstill_profile(travel, point);
+      break;
+    case PointKind::kLockedSweep:
+      profile = locked_sweep_profile(travel, checked);
+      break;
+    case PointKind::kStartup:
+      profile = startup_profile(travel, checked);
+      break;
     case PointKind::kNoLoad:
-    case PointKind::kSteady: profile.segments.push_back(recorded(voltage(travel, point.record_s, before, before))); break;
+    case PointKind::kSteady:
+      profile.segments.push_back(recorded(voltage(travel, point.record_s, before, before)));
+      break;
     case PointKind::kStep:
-      if (point.before_s > 0) profile.segments.push_back(recorded(voltage(travel, point.before_s, before, before)));
+      if (point.before_s > 0)
+        profile.segments.push_back(recorded(voltage(travel, point.before_s, before, before)));
       profile.segments.push_back(recorded(voltage(travel, point.record_s, after, after)));
       break;
     case PointKind::kCoastDown:
-      if (point.before_s > 0) profile.segments.push_back(recorded(voltage(travel, point.before_s, before, before)));
+      if (point.before_s > 0)
+        profile.segments.push_back(recorded(voltage(travel, point.before_s, before, before)));
       profile.segments.push_back(recorded(blank(travel, segment_t::GATES_OFF, point.record_s)));
       profile.hold_at_end = false;
       break;
   }
-  segment_t tail = profile.hold_at_end ? voltage(travel, 1, after, after) : blank(travel, segment_t::GATES_OFF, 1);
+  segment_t tail =
+      profile.hold_at_end ? voltage(travel, 1, after, after) : blank(travel, segment_t::GATES_OFF, 1);
   tail.duration_samples = kTail;
   profile.segments.push_back(tail);
   return profile;
@@ -282,7 +290,8 @@ Action waiting(ActionKind kind, double wait_s, double bound_s) {
 }
 
 bool small_move(const Operating& from, const Operating& to) {
-  return same(from.frequency_Hz, to.frequency_Hz) && std::abs(to.voltage_V - from.voltage_V) <= kLoadedMove * from.voltage_V;
+  return same(from.frequency_Hz, to.frequency_Hz) &&
+         std::abs(to.voltage_V - from.voltage_V) <= kLoadedMove * from.voltage_V;
 }
 
 void append(std::vector<Action>& all, std::vector<Action> more) {
@@ -299,7 +308,8 @@ std::vector<Action> actions_to_rest(const Travel& travel, const Operating& from,
   return actions;
 }
 
-std::vector<Action> actions_for(const Travel& travel, const CheckedPoint& checked, const Operating& from, double excitation_A) {
+std::vector<Action> actions_for(const Travel& travel, const CheckedPoint& checked, const Operating& from,
+                                double excitation_A) {
   const Operating there = operating_before(checked);
   std::vector<Action> actions;
   if (resting(there) || resting(from)) {
@@ -320,84 +330,6 @@ std::vector<Action> actions_for(const Travel& travel, const CheckedPoint& checke
   const bool at_speed = !resting(there) && checked.point.kind != PointKind::kCoastDown;
   if (at_speed) actions.back().most_slip = travel.most_slip;
   return actions;
-}
-
-namespace {
-
-using Points = std::vector<CheckedPoint>;
-
-// Fills time_s along the given order; returns the sum.
-double walk(const Travel& travel, Points& points) {
-  Operating here;
-  double excitation = 0.0;
-  double total = 0.0;
-  for (CheckedPoint& point : points) {
-    point.time_s = duration_s(travel, actions_for(travel, point, here, excitation));
-    total += point.time_s;
-    here = operating_after(point);
-    excitation = point.excitation_A;
-  }
-  return total;
-}
-
-// Frequencies upwards, voltages up and down in turn, loads upwards.
-Points serpentine(Points points) {
-  std::vector<double> frequencies;
-  for (const CheckedPoint& p : points) frequencies.push_back(p.point.frequency_Hz);
-  std::sort(frequencies.begin(), frequencies.end());
-  frequencies.erase(std::unique(frequencies.begin(), frequencies.end()), frequencies.end());
-  const auto key = [&](const CheckedPoint& p) {
-    const auto row = std::lower_bound(frequencies.begin(), frequencies.end(), p.point.frequency_Hz) - frequencies.begin();
-    return std::make_tuple(row, row % 2 == 0 ? p.voltage_V : -p.voltage_V, p.load_Nm);
-  };
-  std::stable_sort(points.begin(), points.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  return points;
-}
-
-// Always the nearest next.
-Points greedy(const Travel& travel, Points points, Operating here) {
-  Points order;
-  double excitation = 0.0;
-  while (!points.empty()) {
-    std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      const double time = duration_s(travel, actions_for(travel, points[k], here, excitation));
-      if (time < least) std::tie(best, least) = std::make_pair(k, time);
-    }
-    here = operating_after(points[best]);
-    excitation = points[best].excitation_A;
-    order.push_back(points[best]);
-    points.erase(points.begin() + static_cast<std::ptrdiff_t>(best));
-  }
-  return order;
-}
-
-}  // namespace
-
-std::vector<CheckedPoint> order_points(const Travel& travel, std::vector<CheckedPoint> points) {
-  Points resting_ones;
-  Points running;
-  Points last;
-  for (CheckedPoint& p : points) {
-    if (!p.feasible) continue;
-    const PointKind kind = p.point.kind;
-    (begins_at_rest(kind) ? resting_ones : kind == PointKind::kCoastDown ? last : running).push_back(std::move(p));
-  }
-  std::stable_sort(resting_ones.begin(), resting_ones.end(),
-                   [](const auto& a, const auto& b) { return a.point.kind < b.point.kind; });
-  const auto joined = [&](const Points& middle) {
-    Points all = resting_ones;
-    all.insert(all.end(), middle.begin(), middle.end());
-    all.insert(all.end(), last.begin(), last.end());
-    return all;
-  };
-  Points best = joined(serpentine(running));
-  const double time = walk(travel, best);
-  if (running.size() > kMostForGreedy) return best;
-  const Operating start = resting_ones.empty() ? Operating{} : operating_after(resting_ones.back());
-  Points other = joined(greedy(travel, running, start));
-  return walk(travel, other) < time ? other : best;
 }
 
 }  // namespace imrig
