@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "rig/campaign/action_runner.h"
+#include "rig/campaign/runner_messages.h"
 #include "rig/safety/trip.h"
 
 namespace imrig {
@@ -54,6 +55,7 @@ struct Runner::State {
   Phase phase = Phase::kConnect;
   std::int64_t phase_since_us = -1;
   std::int64_t zeros_since = 0;
+  bool connected = false;
   RunnerEnd end = RunnerEnd::kRunning;
   RunnerEnd end_wanted = RunnerEnd::kDone;
   std::string reason;
@@ -68,6 +70,12 @@ struct Runner::State {
   std::int32_t campaign_state = campaign_status_t::RUNNING;
   std::int64_t heartbeat_due_us = 0;
   std::int64_t status_due_us = 0;
+
+  template <class Message>
+  void send(Message message) {
+    out.stamp(message, view.watch.utime());
+    out.emit(std::move(message));
+  }
 
   void enter(Phase next, Moment now) {
     phase = next;
@@ -139,7 +147,8 @@ struct Runner::State {
 
   void lease(Moment now) {
     if (bridge_lease.held() && (!view.needs_dyno || dyno_lease.held())) {
-      publish_dataset();
+      connected = true;
+      send(dataset_message(c.plan.name, c.rig));
       travel = travel_of(c.plan, c.rig, view.sample_time_s());
       zeros_since = view.watch.next_index();
       return enter(Phase::kZeros, now);
@@ -148,19 +157,6 @@ struct Runner::State {
     const bool taken = bridge_lease.other_holder() != 0 || dyno_lease.other_holder() != 0;
     abandon(RunnerEnd::kFailed, taken ? "somebody else commands the rig" : "no command lease was granted",
             now);
-  }
-
-  void publish_dataset() {
-    dataset_t d = {};
-    out.stamp(d, view.watch.utime());
-    d.dataset_v1 = 1;
-    d.name = c.plan.name;
-    d.pole_pairs = c.rig.motor.pole_pairs;
-    d.noise_current_A = d.noise_voltage_V = d.noise_speed_rad_s = d.noise_torque_Nm = d.noise_power_W =
-        std::nan("");
-    d.accuracy_current_gain = c.rig.accuracy.current_gain;
-    d.accuracy_voltage_gain = c.rig.accuracy.voltage_gain;
-    out.emit(d);
   }
 
   void zeros(Moment now) {
@@ -287,7 +283,6 @@ struct Runner::State {
 
   void publish_status() {
     campaign_status_t s = {};
-    out.stamp(s, view.watch.utime());
     s.campaign_status_v1 = 1;
     s.state = campaign_state;
     s.point = static_cast<std::int32_t>(point);
@@ -296,46 +291,20 @@ struct Runner::State {
     s.trip = trip;
     s.plan = c.plan.name;
     s.point_id = point < c.points.size() ? c.points[point].point.id : "";
-    out.emit(s);
-  }
-
-  void publish_heartbeat(Moment now) {
-    heartbeat_t h = {};
-    out.stamp(h, view.watch.utime());
-    h.heartbeat_v1 = 1;
-    h.host_utime = now.wall_us;
-    h.instance = c.instance;
-    h.process = heartbeat_t::CAMPAIGN;
-    h.pid = c.pid;
-    h.state = heartbeat_t::OK;
-    if (ending()) h.state = heartbeat_t::STOPPING;
-    h.state_code = trip;
-    out.emit(h);
-  }
-
-  void publish_ack(std::int64_t read_index) {
-    ack_t ack = {};
-    out.stamp(ack, view.watch.utime());
-    ack.ack_v1 = 1;
-    ack.boot_id = view.watch.boot_id();
-    ack.read_index = read_index;
-    ack.lost_blocks = view.watch.lost_blocks();
-    ack.process = heartbeat_t::CAMPAIGN;
-    ack.pid = c.pid;
-    out.emit(ack);
+    send(s);
   }
 
   void periodic(Moment now) {
     renew_leases(now);
     if (now.steady_us >= heartbeat_due_us) {
       heartbeat_due_us = now.steady_us + kHeartbeat_us;
-      publish_heartbeat(now);
+      send(campaign_heartbeat(c.instance, c.pid, ending(), trip, now));
     }
     if (now.steady_us >= status_due_us) {
       status_due_us = now.steady_us + kStatus_us;
       publish_status();
     }
-    if (const auto read = view.watch.acknowledge(now.steady_us)) publish_ack(*read);
+    if (const auto read = view.watch.acknowledge(now.steady_us)) send(campaign_ack(view.watch, *read, c.pid));
   }
 
   void advance(Moment now) {
@@ -429,6 +398,7 @@ void Runner::request_stop(const std::string& why) { s_->stop_wanted = why; }
 void Runner::fail(const std::string& why, Moment now) { s_->abandon(RunnerEnd::kFailed, why, now); }
 std::vector<RunnerOutput> Runner::step(Moment now) { return s_->step(now); }
 RunnerEnd Runner::end() const { return s_->end; }
+bool Runner::connected() const { return s_->connected; }
 std::string Runner::end_reason() const { return s_->reason; }
 int Runner::points_done() const { return s_->done; }
 int Runner::points_failed() const { return s_->failed; }

@@ -62,6 +62,7 @@ class Runner {
   // written, in this order.
   std::vector<RunnerOutput> step(Moment now);
 
+  bool connected() const;          // the whole rig answered, stood ready and granted its leases
   RunnerEnd end() const;           // kRunning until the rig rests and the leases are given back
   std::string end_reason() const;  // one sentence, empty when done
   int points_done() const;         // earlier runs included
