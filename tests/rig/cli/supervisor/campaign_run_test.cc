@@ -198,15 +198,16 @@ TEST(CampaignRun, BadInputLeavesNothingBehind) {
   EXPECT_THAT(folder.names(), ::testing::IsEmpty());
 }
 
-TEST(CampaignRun, WithoutARigItSaysSoAndEnds) {
+TEST(CampaignRun, WithoutARigItSaysSoAndLeavesNothingBehind) {
   const Folder folder;
   RigConfig rig;
   rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0";
   write_text_atomically(folder / "rig.toml", to_toml(rig));
   const auto outcome = run({"imrig", "campaign", "run", source("campaigns/dc.toml"), "--config",
                             folder / "rig.toml", "--out", folder / "c"});
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.out, HasSubstr("imrig up"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("imrig up"));
+  EXPECT_THAT(folder.names(), ::testing::ElementsAre("rig.toml"));
 }
 
 TEST(CampaignCheck, ListsEveryPointOfThePaperGridWithItsReason) {
