@@ -41,8 +41,7 @@ TEST(ReplayVerb, PlaysOntoAQuietBusOfItsConfiguration) {
   const std::string log = made_log(folder);
   EXPECT_EQ(replay_verb(log + " --speed max --config " + (folder / "rig.toml")), 0);
   const std::size_t expected = all_events(log).size() - 1;
-  EXPECT_TRUE(wait_until(*bus, [&] { return heard.size() >= expected; }))
-      << heard.size() << " of " << expected;
+  EXPECT_TRUE(wait_until(*bus, [&] { return heard.size() >= expected; })) << ::testing::PrintToString(heard);
   EXPECT_EQ(heard.size(), expected);
   EXPECT_EQ(std::count(heard.begin(), heard.end(), "IMRIG_BRIDGE_CMD"), 0);
 }
