@@ -39,11 +39,20 @@ TEST(ReplayVerb, PlaysOntoAQuietBusOfItsConfiguration) {
   std::vector<std::string> heard;
   bus->subscribe_raw("*", [&](std::string_view name, Bytes) { heard.emplace_back(name); });
   const std::string log = made_log(folder);
-  EXPECT_EQ(replay_verb(log + " --speed max --config " + (folder / "rig.toml")), 0);
-  const std::size_t expected = all_events(log).size() - 1;
-  EXPECT_TRUE(wait_until(*bus, [&] { return heard.size() >= expected; })) << ::testing::PrintToString(heard);
-  EXPECT_EQ(heard.size(), expected);
-  EXPECT_EQ(std::count(heard.begin(), heard.end(), "IMRIG_BRIDGE_CMD"), 0);
+  std::vector<std::string> expected;
+  for (const auto& e : all_events(log)) {
+    if (e.channel != "IMRIG_BRIDGE_CMD") expected.push_back(e.channel);
+  }
+  // UDP may lose a datagram even on one machine when it is busy; the verb sends each once. So a loss gets
+  // another try, a command never does.
+  for (int attempt = 0; attempt < 3 && heard != expected; ++attempt) {
+    heard.clear();
+    EXPECT_EQ(replay_verb(log + " --speed max --config " + (folder / "rig.toml")), 0);
+    wait_until(
+        *bus, [&] { return heard.size() >= expected.size(); }, 5);
+    EXPECT_EQ(std::count(heard.begin(), heard.end(), "IMRIG_BRIDGE_CMD"), 0);
+  }
+  EXPECT_EQ(heard, expected);
 }
 
 TEST(ReplayVerb, RefusesABusThatSomebodyLivesOn) {
