@@ -198,6 +198,12 @@ void check_running(const Plan& plan, const RigConfig& rig, const SteadyPredictor
   if (highest_V > rig.limits.voltage_V)
     return forbid(checked, fmt::format("{} is above the {} that the inverter gives", told(highest_V, "V"),
                                        told(rig.limits.voltage_V, "V")));
+  const MotorConfig& m = rig.motor;
+  const double flux_percent =
+      100.0 * highest_V / rated_peak_V(m) * m.rated_frequency_Hz / point.frequency_Hz;
+  if (flux_percent > plan.limits.flux_percent * (1 + 1e-9))
+    return forbid(checked, fmt::format("volts per hertz of {} of rated are above the plan's {}",
+                                       told(flux_percent, "%"), told(plan.limits.flux_percent, "%")));
   if (synchronous_rpm > speed_limit)
     return forbid(checked, fmt::format("synchronous speed {} is above the limit of {}",
                                        told(synchronous_rpm, "rpm"), told(speed_limit, "rpm")));
@@ -245,6 +251,8 @@ std::vector<CheckedPoint> check_points(const Plan& plan, const RigConfig& rig,
     checked.voltage_V = checked.point.voltage_percent / 100.0 * rated_peak_V(rig.motor);
     checked.stepped_V = checked.voltage_V * (1 + checked.point.step);
     if (checked.point.kind == PointKind::kDc || checked.point.kind == PointKind::kStandstill)
+      check_at_rest(plan, rig, checked);
+    else if (checked.point.kind == PointKind::kLockedSweep && checked.point.regulated)
       check_at_rest(plan, rig, checked);
     else if (checked.point.kind == PointKind::kLockedSweep)
       check_locked_sweep(plan, rig, predict, checked);

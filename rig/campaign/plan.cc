@@ -127,7 +127,8 @@ class Expansion {
     add(*table, point);
   }
 
-  // A turning field too weak to turn the shaft: the locked-rotor test of a motor that nobody locks.
+  // The locked-rotor test of a motor that nobody locks: a turning field too weak to turn the shaft, or a regulated
+  // current along one axis, which makes no torque at all and does not lose its voltage to the inverter's dead time.
   void locked_sweep() {
     const auto table = file_.table_if("locked_sweep");
     if (!table) return;
@@ -137,9 +138,20 @@ class Expansion {
     std::vector<double> frequencies = {5, 6, 7, 8, 9, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120};
     if (table->has("frequencies_Hz")) frequencies = table->numbers("frequencies_Hz", 1, 1000, {0.5, 2000});
     point.level_A = table->number_or("current_A", 1.5, {1e-3, 1e4});
-    point.ramp_s = table->number_or("ramp_s", 0.3, {0, 60});
+    point.regulated = table->boolean_or("regulated", false);
+    if (point.regulated) {
+      point.tones.kp_V_per_A = table->number_or("kp_V_per_A", 1.6, {0, 1e4});
+      point.tones.ki_V_per_As = table->number_or("ki_V_per_As", 116.0, {0, 1e6});
+      point.tones.period_s = table->number_or("regulator_period_s", point.tones.period_s, {1e-6, 1.0});
+    } else {
+      point.ramp_s = table->number_or("ramp_s", 0.3, {0, 60});
+    }
     for (const double f : frequencies) {
       point.frequency_Hz = f;
+      if (point.regulated) {
+        point.tones.amplitude_A = {point.level_A};
+        point.tones.frequency_Hz = {f};
+      }
       point.id = fmt::format("locked_f{}", in_id(f));
       add(*table, point);
     }
@@ -286,6 +298,7 @@ void read_limits(const ConfigReader& file, PlanLimits& limits) {
   limits.speed_rpm = table->number_or("speed_rpm", limits.speed_rpm, {1, 2e5});
   limits.pull_out_margin = table->number_or("pull_out_margin", limits.pull_out_margin, {0.05, 0.95});
   limits.slip = table->number_or("slip", limits.slip, {1e-3, 0.9});
+  limits.flux_percent = table->number_or("flux_percent", limits.flux_percent, {1, 1000});
 }
 
 void read_motion(const ConfigReader& file, Motion& motion) {

@@ -44,6 +44,7 @@ struct PlanPoint {
   LoadRequest load;
   double step = 0.0;            // relative voltage step of kind step
   double level_A = 0.0;         // dc; locked_sweep: peak current wanted
+  bool regulated = false;       // locked_sweep: current along one axis, regulated, instead of a turning field
   double ramp_s = 0.0;          // startup: 0 puts the voltage on at once; locked_sweep
   Tones tones;                  // standstill
   double settle_s = 0.0;        // at least so long between reaching the point and its record
@@ -60,6 +61,7 @@ struct PlanLimits {
   double speed_rpm = std::numeric_limits<double>::quiet_NaN();
   double pull_out_margin = 0.75;  // largest load as a share of the pull-out torque
   double slip = 0.15;             // largest
+  double flux_percent = std::numeric_limits<double>::quiet_NaN();  // largest V/f, of rated; NaN: no such limit
 };
 
 // How the rig travels between points.

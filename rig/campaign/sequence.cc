@@ -162,7 +162,8 @@ Profile dc_profile(const Travel& travel, const PlanPoint& point) {
   return profile;
 }
 
-Profile standstill_profile(const Travel& travel, const PlanPoint& point) {
+// Regulated current along one axis: no torque.
+segment_t tones_segment(const Travel& travel, const PlanPoint& point) {
   segment_t s = blank(travel, segment_t::CURRENT, point.record_s);
   s.angle_rad = kPi / 2;  // phase a idle, b and c in series
   s.offset_A = point.tones.offset_A;
@@ -174,15 +175,32 @@ Profile standstill_profile(const Travel& travel, const PlanPoint& point) {
   s.kp_V_per_A = point.tones.kp_V_per_A;
   s.ki_V_per_As = point.tones.ki_V_per_As;
   s.period_samples = static_cast<std::int32_t>(samples_in(travel, point.tones.period_s));
+  return s;
+}
+
+Profile standstill_profile(const Travel& travel, const PlanPoint& point) {
   Profile profile;
+  const segment_t s = tones_segment(travel, point);
   if (point.settle_s > 0) profile.segments.push_back(blank(travel, segment_t::GATES_OFF, point.settle_s));
   profile.segments.push_back(recorded(s));
   profile.hold_at_end = false;
   return profile;
 }
 
+Profile regulated_sweep_profile(const Travel& travel, const PlanPoint& point) {
+  const segment_t record = tones_segment(travel, point);
+  segment_t settle = record;
+  settle.duration_samples = samples_in(travel, point.settle_s);
+  Profile profile;
+  if (point.settle_s > 0) profile.segments.push_back(settle);
+  profile.segments.push_back(recorded(record));
+  profile.hold_at_end = false;
+  return profile;
+}
+
 Profile locked_sweep_profile(const Travel& travel, const CheckedPoint& checked) {
   const PlanPoint& point = checked.point;
+  if (point.regulated) return regulated_sweep_profile(travel, point);
   const Operating none{point.frequency_Hz, 0.0}, there{point.frequency_Hz, checked.voltage_V};
   Profile profile;
   if (point.ramp_s > 0) profile.segments.push_back(voltage(travel, point.ramp_s, none, there));

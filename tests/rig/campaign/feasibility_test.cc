@@ -175,6 +175,29 @@ TEST(Feasibility, DirectStartIsToldByItsInrush) {
   EXPECT_GT(points[1].current_peak_A, rated_peak_V(rig.motor) / (2 * kPi * 60 * rig.motor.L_l_H) * 0.9);
 }
 
+TEST(Feasibility, VoltsPerHertzBeyondThePlansLimitAreLeftOut) {
+  RigConfig rig;
+  const auto points =
+      check_points(parse_plan("version = 1\nname = \"p\"\n[limits]\nflux_percent = 110\n[no_load]\n"
+                              "frequencies_Hz = [30, 60]\nvoltages_percent = [50, 100]\n",
+                              "p"),
+                   rig, test::circuit(rig.motor));
+  ASSERT_EQ(points.size(), 4u);
+  EXPECT_TRUE(points[0].feasible) << points[0].why;   // 30 Hz, 50 %
+  EXPECT_FALSE(points[1].feasible);                   // 30 Hz, 100 %: twice rated
+  EXPECT_NE(points[1].why.find("200 %"), std::string::npos) << points[1].why;
+  EXPECT_TRUE(points[3].feasible) << points[3].why;   // 60 Hz, 100 %
+}
+
+TEST(Feasibility, ARegulatedSweepMakesNoTorqueSoFrictionDoesNotBoundItsCurrent) {
+  RigConfig rig;
+  const std::string head = "version = 1\nname = \"p\"\n[locked_sweep]\nfrequencies_Hz = [5]\ncurrent_A = 6\n";
+  const auto turning = check_points(parse_plan(head, "p"), rig, test::circuit(rig.motor));
+  const auto regulated = check_points(parse_plan(head + "regulated = true\n", "p"), rig, test::circuit(rig.motor));
+  EXPECT_FALSE(turning[0].feasible);
+  EXPECT_TRUE(regulated[0].feasible) << regulated[0].why;
+}
+
 TEST(Feasibility, EveryFeasiblePointOfThePaperGridKeepsEveryLimit) {
   RigConfig rig;
   rig.motor.friction_Nm = 0.5;
