@@ -21,18 +21,6 @@ TwoSlope extra(const SaturationLaw& law, double inductance_H, double knee_Wb) {
 
 }  // namespace
 
-Complex MagneticCircuit::Branch::add(Complex psi, double weight, Matrix2& jacobian) const {
-  if (extra.none()) {
-    jacobian.xx += weight * base, jacobian.yy += weight * base;
-    return base * psi;
-  }
-  const TwoSlope::Tangent t = extra.tangent(std::norm(psi));
-  const double secant = base + t.secant, rank = weight * t.rank, x = psi.real(), y = psi.imag();
-  jacobian.xx += weight * secant + rank * x * x, jacobian.yy += weight * secant + rank * y * y;
-  jacobian.xy += rank * x * y, jacobian.yx += rank * x * y;
-  return secant * psi;
-}
-
 double MagneticCircuit::Branch::energy(Complex psi) const {
   return 0.5 * base * std::norm(psi) + extra.energy(std::abs(psi));
 }
@@ -52,53 +40,48 @@ MagneticCircuit::MagneticCircuit(const MachineConfig& machine, const MagneticLaw
   teeth_ = {0.0, extra(laws.teeth, L_m, laws.teeth.knee)};
   stator_ = {1.0 / L_ls, extra(laws.stator_leakage, L_ls, L_ls * laws.stator_leakage.knee)};
   rotor_ = {1.0 / L_lr, extra(laws.rotor_leakage, L_lr, L_lr * laws.rotor_leakage.knee)};
+  const double curvature = main_.extra.curvature() + teeth_.extra.curvature() + stator_.extra.curvature() +
+                           rotor_.extra.curvature();  // A/Wb^2
+  near_Wb2_ = kFollowed_A / curvature;
 }
 
 // The residual is the sum of the currents that leave the air gap's node; its Jacobian is symmetric and
 // positive definite, so a short enough step along Newton's direction always lessens it. The last step is so
 // short that the branches' tangents give the currents behind it.
 MagneticCircuit::Point MagneticCircuit::solve(Complex psi_s, Complex psi_r) const {
-  const double c = share_, rest = 1.0 - c;
   const double enough = kConverged * (std::abs(psi_s) + std::abs(psi_r));
-  Complex at = (stator_.base * psi_s + rotor_.base * psi_r) / (stator_.base + rotor_.base + main_.base);
+  Known known;
+  known.psi_s = psi_s, known.psi_r = psi_r;
+  known.psi_m = (stator_.base * psi_s + rotor_.base * psi_r) / (stator_.base + rotor_.base + main_.base);
   Complex step = 0.0;
-  Currents i;
   double last = INFINITY;
   for (int round = 0; round < kMostRounds; ++round) {
-    Matrix2 s, r, t, node;
-    Complex residual = main_.add(at, 1.0, node), i_t = 0.0;
-    i.s = stator_.add(psi_s - at, 1.0, s), i.r = rotor_.add(psi_r - at, 1.0, r);
-    residual -= i.s + i.r;
-    node = node + s + r;
-    if (!teeth_.extra.none()) {
-      i_t = teeth_.add(teeth_flux(psi_s, at), 1.0, t);
-      residual += rest * i_t;
-      node = node + rest * rest * t;
-    }
-    const double size = std::norm(residual);
+    const Complex from = known.psi_m;
+    const Step next = step_from(from, known);
+    const double size = std::norm(next.residual);
     if (size > last) {
       step *= 0.5;
-      at -= step;
+      known.psi_m = from - step;
       continue;
     }
-    last = size;
-    step = -(inverse(node) * residual);
-    at += step;
-    i.s -= s * step, i.r -= r * step;
-    if (c != 0.0) i.s += c * (i_t + rest * (t * step));
+    last = size, step = next.psi;
     if (std::abs(step.real()) + std::abs(step.imag()) <= enough) break;
   }
-  return {at, i};
+  return {known.psi_m, known.i};
 }
 
 MagneticCircuit::Incremental MagneticCircuit::incremental(Complex psi_s, Complex psi_r) const {
-  const Complex psi_m = solve(psi_s, psi_r).psi_m;
-  Matrix2 s, r, m, t;
-  stator_.add(psi_s - psi_m, 1.0, s), rotor_.add(psi_r - psi_m, 1.0, r), main_.add(psi_m, 1.0, m);
-  teeth_.add(teeth_flux(psi_s, psi_m), 1.0, t);
-  // Second derivatives of the energy by psi_s, psi_r and psi_m; psi_m is then eliminated.
+  Known known;
+  known.psi_s = psi_s, known.psi_r = psi_r;
+  step_from(solve(psi_s, psi_r).psi_m, known);
+  return incremental(known);
+}
+
+// Second derivatives of the energy by psi_s, psi_r and psi_m; psi_m is then eliminated.
+MagneticCircuit::Incremental MagneticCircuit::incremental(const Known& known) const {
+  const auto full = [](const Symmetric2& a) { return Matrix2{a.xx, a.xy, a.xy, a.yy}; };
+  const Matrix2 s = full(known.s), r = full(known.r), t = full(known.t), node = full(known.node);
   const double c = share_, rest = 1.0 - c;
-  const Matrix2 node = inverse(s + r + m + rest * rest * t);
   const Matrix2 across = c * rest * t - s;
   const Matrix2 via = across * node;
   return {s + c * c * t - via * across, via * r, r - r * node * r};

@@ -27,12 +27,15 @@ class TwoSlope {
   double knee() const { return K_; }
   double final_slope() const { return s_; }
 
-  double secant(double x2) const { return s_ * (1.0 - 2.0 * K_ / root(x2, product(x2))); }
+  double secant(double x2) const { return s_ * (1.0 - 2.0 * K_ / std::sqrt(square(x2, product(x2)))); }
 
   Tangent tangent(double x2) const {
-    const double P = product(x2), S = root(x2, P);
-    return {s_ * (1.0 - 2.0 * K_ / S), s_ * 2.0 * K_ * (S * S - 4.0 * k_ * k_) / (S * S * S * P)};
+    const double P = product(x2), S2 = square(x2, P), S = std::sqrt(S2), f = 2.0 * K_ * s_ / (S * S2 * P);
+    return {s_ - f * S2 * P, f * (S2 - 4.0 * k_ * k_)};
   }
+
+  // Bound on |h''|.
+  double curvature() const { return none() ? 0.0 : s_ / (2.0 * k_ * std::sqrt(r2_)); }
 
   // Integral of h from 0 to x.
   double energy(double x) const {
@@ -47,7 +50,7 @@ class TwoSlope {
     const double K2 = K_ * K_, away = x2 - K2;
     return std::sqrt(away * away + 4.0 * r2_ * K2 * x2);
   }
-  double root(double x2, double P) const { return std::sqrt(2.0 * (x2 + K_ * K_ + P)); }
+  double square(double x2, double P) const { return 2.0 * (x2 + K_ * K_ + P); }
   double primitive(double u) const {
     const double w = K_ * std::sqrt(r2_);
     return 0.5 * (u * std::sqrt(u * u + w * w) + w * w * std::asinh(u / w));
