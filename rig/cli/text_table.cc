@@ -55,6 +55,10 @@ std::string TextTable::text() const {
 
 std::string shown(double x, int digits) { return std::isnan(x) ? "-" : fmt::format("{:.{}g}", x, digits); }
 
+std::string shown_beside(double largest, double x, int digits) {
+  return shown(std::abs(x) <= 1e-12 * std::abs(largest) ? 0.0 : x, digits);
+}
+
 std::string printable(const std::string& text) {
   std::string out = text;
   for (char& c : out) {

@@ -22,6 +22,9 @@ class TextTable {
 
 // A number with so many significant digits; "-" for NaN.
 std::string shown(double x, int digits = 4);
+// The same among other numbers, the largest of them this large: what is only the rounding of arithmetic with
+// those (below 1e-12 of it) is "0".
+std::string shown_beside(double largest, double x, int digits = 4);
 // Text from a file, safe on a terminal: control characters become '?'.
 std::string printable(const std::string& text);
 

@@ -8,6 +8,7 @@
 #include "estimators/diagnose/compare.h"
 #include "estimators/diagnose/compare_json.h"
 #include "estimators/model/model_file.h"
+#include "rig/cli/channel_scale.h"
 #include "rig/cli/load_data.h"
 #include "rig/cli/report/report.h"
 #include "rig/cli/text_table.h"
@@ -44,11 +45,11 @@ void print_records(const est::CompareResult& result) {
   fmt::print("{}", table.text());
 }
 
-std::string cell(const est::PointResult& point, const char* channel, bool measured) {
+std::string cell(const est::PointResult& point, const char* channel, bool measured, double largest) {
   const auto found = point.channels.find(channel);
   return found == point.channels.end()
              ? "-"
-             : shown(measured ? found->second.measured : found->second.predicted, 5);
+             : shown_beside(largest, measured ? found->second.measured : found->second.predicted, 5);
 }
 
 std::string deviation(const est::PointResult& point, const char* channel) {
@@ -67,8 +68,9 @@ void print_points(const est::ComparedRecord& record) {
                                       shown(rpm_of_rad_s(point.conditions.speed_rad_s), 5),
                                       percent(point.conditions.slip)};
     for (const char* channel : {"current_A", "input_power_W", "output_power_W"}) {
-      cells.push_back(cell(point, channel, true));
-      cells.push_back(cell(point, channel, false));
+      const double largest = channel_scale(record, channel);
+      cells.push_back(cell(point, channel, true, largest));
+      cells.push_back(cell(point, channel, false, largest));
       cells.push_back(deviation(point, channel));
     }
     table.row(std::move(cells));

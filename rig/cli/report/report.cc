@@ -7,6 +7,7 @@
 
 #include "rig/base/error.h"
 #include "rig/base/file.h"
+#include "rig/cli/channel_scale.h"
 #include "rig/cli/report/assets.h"
 #include "rig/cli/report/chart_data.h"
 #include "rig/cli/report/html.h"
@@ -88,8 +89,9 @@ std::string points_table(const est::ComparedRecord& record) {
         continue;
       }
       const auto [measured, predicted] = found->second;
-      row.push_back(shown(measured, 5));
-      row.push_back(shown(predicted, 5));
+      const double largest = channel_scale(record, channel);
+      row.push_back(shown_beside(largest, measured, 5));
+      row.push_back(shown_beside(largest, predicted, 5));
       row.push_back(std::isnan(measured) || measured == 0.0
                         ? "-"
                         : fmt::format("{:+.1f}", 100.0 * (predicted / measured - 1.0)));

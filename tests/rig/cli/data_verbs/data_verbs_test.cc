@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "rig/data/folder.h"
@@ -77,6 +79,24 @@ TEST_F(DataVerbs, TheMeasuredTableIsIdentifiedAndComparedPointByPoint) {
   EXPECT_EQ(points[10]["channels"]["current_A"]["measured"].get<double>(), 32.85);
   EXPECT_LT(compared["fitted"]["nrmse"].get<double>(), 0.02);
   EXPECT_TRUE(compared["holdout"]["nrmse"].is_null());
+}
+
+// At synchronous speed the model's shaft power is zero but for the rounding of powers of many kilowatts.
+TEST_F(DataVerbs, RoundingDustIsPrintedAsZero) {
+  const std::string model = scratch.path("m.toml"), report = scratch.path("report");
+  ASSERT_EQ(run({"identify", kTable, "--out", model}).exit_code, 0);
+  const Finished text = run({"compare", model, kTable, "--report", report});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  const auto row = text.out.find("\n  50       1500  ");
+  ASSERT_NE(row, std::string::npos) << text.out;
+  const std::string line = text.out.substr(row + 1, text.out.find('\n', row + 1) - row - 1);
+  EXPECT_TRUE(line.ends_with("  0       0      -")) << line;
+  std::ifstream page(report + "/report.html");
+  const std::string html((std::istreambuf_iterator<char>(page)), std::istreambuf_iterator<char>());
+  EXPECT_NE(html.find("load_curve"), std::string::npos);
+  EXPECT_EQ(text.out.find("e-1"), std::string::npos) << text.out;
+  const auto table = html.substr(html.find("P out W"));
+  EXPECT_EQ(table.substr(0, table.find("</table>")).find("e-1"), std::string::npos);
 }
 
 TEST_F(DataVerbs, ImportedLogAndExportedFolderHoldTheSameData) {
