@@ -84,9 +84,10 @@ State Drive::initial() const {
   return x;
 }
 
-Currents Drive::currents(const Conditions& at, const double* own) const {
-  Currents i =
-      magnetics_.linear() ? circuit_.currents(at.psi_s, at.psi_r) : magnetics_.solve(at.psi_s, at.psi_r).i;
+Currents Drive::currents(const Conditions& at, const double* own, Memory* memory) const {
+  Currents i = magnetics_.linear() ? circuit_.currents(at.psi_s, at.psi_r)
+               : memory            ? magnetics_.follow(at.psi_s, at.psi_r, *memory).i
+                                   : magnetics_.solve(at.psi_s, at.psi_r).i;
   for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, i);
   return i;
 }
@@ -185,8 +186,14 @@ Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
   return 0.0;
 }
 
-Drive::Flow Drive::flow(const double* x) const {
+Drive::Flow Drive::flow(const State& x) const {
   Flow flow;
+  settle(x.data(), nullptr, flow);
+  answer(x.data(), flow);
+  return flow;
+}
+
+void Drive::settle(const double* x, Memory* memory, Flow& flow) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
   at.n_p = n_p_, at.L_m = L_m_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
@@ -196,27 +203,32 @@ Drive::Flow Drive::flow(const double* x) const {
   at.angle = x[kAngle];
   at.psi_d = x[kPsiD], at.psi_q = x[kPsiQ], at.psi_f = x[kPsiF];
   at.R_r_nominal = base_.R_r;
+  at.temperature = {};
   for (const auto& slot : effects_.temperatures())
     slot.effect->temperatures(at, own + slot.offset, at.temperature);
-  at.i = currents(at, own);
+  at.i = currents(at, own, memory);
   if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
   at.R = base_;
   for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
   rotor_flow(at, own);
+}
+
+void Drive::answer(const double* x, Flow& flow) const {
+  Conditions& at = flow.at;
+  const double* own = x + kOwn;
   at.v_s = stator_voltage(at, own);
+  at.coupling = {};
   at.coupling.w_generator = at.w_mech;
   for (const auto& slot : effects_.coupling()) slot.effect->coupling(at, own + slot.offset, at.coupling);
   flow.generator = generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.coupling.w_generator, field_V);
   at.generator_Nm = flow.generator.shaft_Nm;
+  at.drag_Nm = 0.0;
   for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
   flow.dpsi_s = at.v_s - at.R.R_s * at.i.s;
   if (at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(at.i.s);
-  return flow;
 }
 
-// The innermost function of the plant: everything it calls is taken into it.
-[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx) const {
-  Flow now = flow(x);
+void Drive::rates(const double* x, Flow& now, double* dx) const {
   dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
   const double load = now.at.coupling.rigid ? now.at.generator_Nm : now.at.coupling.torque_on_motor_Nm;
@@ -225,10 +237,19 @@ Drive::Flow Drive::flow(const double* x) const {
   dx[kSpeed] = held ? 0.0 : torque / mechanics_.J_kgm2;
   dx[kAngle] = now.at.w_mech;
   dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;
-  if (!effects_.with_states().empty()) now.at.losses = losses(now.at, x + kOwn);
+  if (effects_.with_states().empty()) return;
+  now.at.losses = losses(now.at, x + kOwn);
   for (const auto& slot : effects_.with_states()) {
     slot.effect->derivatives(now.at, x + kOwn + slot.offset, dx + kOwn + slot.offset);
   }
+}
+
+// The innermost function of the plant: everything it calls is taken into it.
+[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx, Memory* memory) const {
+  Flow now;
+  settle(x, memory, now);
+  answer(x, now);
+  rates(x, now, dx);
 }
 
 Complex Drive::stator_current(const State& x) const {

@@ -52,13 +52,21 @@ class Drive {
     std::complex<double> dpsi_s;
     Generator::Flow generator;
   };
+  // What one evaluation leaves for the next one nearby. With it the currents are within
+  // MagneticCircuit::kFollowed_A of those without; without saturation it changes no bit.
+  using Memory = MagneticCircuit::Known;
 
   explicit Drive(const PlantConfig& config);
   std::size_t size() const { return kOwn + effects_.states(); }
   State initial() const;
 
-  Flow flow(const State& x) const { return flow(x.data()); }
-  void derivatives(const double* x, double* dx) const;  // size() each
+  Flow flow(const State& x) const;
+  void derivatives(const double* x, double* dx, Memory* memory = nullptr) const;  // size() each
+  // The same in parts, for who has use for them: what the state alone decides, what the inputs add to it
+  // (needs settle()), and the rates of all states (needs both).
+  void settle(const double* x, Memory* memory, Flow& flow) const;
+  void answer(const double* x, Flow& flow) const;
+  void rates(const double* x, Flow& flow, double* dx) const;
   std::complex<double> stator_current(const State& x) const;
   // Moves psi_s, at the same rotor flux, to where the stator's current is i_s.
   void set_stator_current(State& x, std::complex<double> i_s) const;
@@ -70,6 +78,7 @@ class Drive {
   // Energy in the motor's magnetic circuit and in what the effects add to it.
   double magnetic_J(const Conditions& at, const State& x) const;
   const MagneticCircuit& magnetics() const { return magnetics_; }
+  const Generator& generator() const { return generator_; }
 
   Terminals terminals;
   double field_V = 0.0;
@@ -81,8 +90,7 @@ class Drive {
     double ss, st, ts, tt;
     std::complex<double> along;
   };
-  Flow flow(const double* x) const;
-  Currents currents(const Conditions& at, const double* own) const;
+  Currents currents(const Conditions& at, const double* own, Memory* memory = nullptr) const;
   void rotor_flow(Conditions& at, const double* own) const;
   Losses losses(const Conditions& at, const double* own) const;
   std::complex<double> stator_voltage(const Conditions& at, const double* own) const;

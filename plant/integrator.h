@@ -17,6 +17,8 @@ class Integrator {
   // without it an adaptive method goes on where it stopped. No allocation. Throws std::runtime_error when the
   // tolerance cannot be met.
   virtual void advance(State& x, double duration_s, bool fresh) = 0;
+  // drive.flow(x), from what the integrator knows of x already. Valid until the next call of a function here.
+  virtual const Drive::Flow& flow(const State& x) = 0;
 };
 
 // The drive must outlive the integrator.

@@ -151,9 +151,9 @@ void Plant::Parts::advance(SpaceVector v, double duration_s) {
   gates_on = true;
   drive.terminals = held;
   const bool moves = !drive.effects().applied_voltage().empty();
-  const SpaceVector start = moves ? drive.flow(x).at.v_s : held.v_s;
+  const SpaceVector start = moves ? integrator->flow(x).at.v_s : held.v_s;
   integrator->advance(x, duration_s, fresh);
-  const SpaceVector end = moves ? drive.flow(x).at.v_s : held.v_s;
+  const SpaceVector end = moves ? integrator->flow(x).at.v_s : held.v_s;
   filter.advance(start, end, duration_s);
   observed.v_mean += 0.5 * (start + end) * (duration_s / step_s);
   fresh = false;
@@ -164,7 +164,7 @@ void Plant::Parts::switch_legs(SpaceVector asked_V) {
   const auto into_ns = index * config.sample_time_ns % carrier_ns(config);
   switching.anchor(seconds(into_ns) * clock + start_late_s);
   for (double left_s = step_s; left_s > kShortest_s;) {
-    switching.act(asked_V, modulator_V(), phases(drive.stator_current(x)));
+    switching.act(asked_V, modulator_V(), phases(integrator->flow(x).at.i.s));
     const double stretch_s = std::min(left_s, switching.until_next_s());
     if (stretch_s > kShortest_s) advance(switching.voltage(link.voltage_V()), stretch_s);
     switching.pass(stretch_s);
@@ -196,7 +196,7 @@ void Plant::Parts::count_turns() {
 }
 
 void Plant::Parts::observe() {
-  flow = drive.flow(x);
+  flow = integrator->flow(x);
   const Conditions& at = flow.at;
   observed.index = index;
   observed.v_s = at.v_s;

@@ -43,7 +43,7 @@ struct SundialsIntegrator::Solver {
 };
 
 SundialsIntegrator::SundialsIntegrator(const Drive& drive, double rtol, double atol)
-    : solver_(std::make_unique<Solver>()) {
+    : drive_(drive), solver_(std::make_unique<Solver>()) {
   Solver& s = *solver_;
   s.n = drive.size();
   check(SUNContext_Create(nullptr, &s.context), "SUNContext_Create");

@@ -14,9 +14,12 @@ class SundialsIntegrator final : public Integrator {
   SundialsIntegrator(const Drive& drive, double rtol, double atol);
   ~SundialsIntegrator() override;
   void advance(State& x, double duration_s, bool fresh) override;
+  const Drive::Flow& flow(const State& x) override { return flow_ = drive_.flow(x); }
 
  private:
   struct Solver;
+  const Drive& drive_;
+  Drive::Flow flow_;
   std::unique_ptr<Solver> solver_;
 };
 

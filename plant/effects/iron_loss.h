@@ -14,6 +14,7 @@
 #include <numbers>
 
 #include "plant/effects/effect.h"
+#include "plant/effects/power.h"
 
 namespace imrig::plant {
 
@@ -27,7 +28,7 @@ class IronLoss final : public Effect {
     double memory_s = 0.002;
   };
 
-  explicit IronLoss(const Config& config) : config_(config) {
+  explicit IronLoss(const Config& config) : config_(config), of_flux_(config.exponent - 1.0) {
     const double w_0 = 2.0 * std::numbers::pi * config.rated_f_Hz, psi_0 = config.rated_psi_Wb;
     eddy_S_ = config.eddy_W / (1.5 * w_0 * w_0 * psi_0 * psi_0);
     hysteresis_A_ = config.hysteresis_W / (1.5 * w_0 * psi_0);
@@ -51,9 +52,9 @@ class IronLoss final : public Effect {
   void resistances(const Conditions& at, const double* own, Resistances& R) const override {
     R.G_iron += eddy_S_;
     if (!states()) return;
-    const double psi = std::abs(at.psi_r) / config_.rated_psi_Wb;
+    const double psi = std::sqrt(std::norm(at.psi_r)) / config_.rated_psi_Wb;
     const double e = std::sqrt(std::max(own[0], 0.0) + kSmooth_V * kSmooth_V);
-    R.G_iron += hysteresis_A_ * std::pow(psi, config_.exponent - 1.0) / e;
+    R.G_iron += hysteresis_A_ * of_flux_(psi) / e;
   }
   void derivatives(const Conditions& at, const double* own, double* d_own) const override {
     if (states()) d_own[0] = (std::norm(at.dpsi_r) - own[0]) / config_.memory_s;
@@ -63,6 +64,7 @@ class IronLoss final : public Effect {
   static constexpr double kSmooth_V = 1.0;  // e_0
 
   Config config_;
+  Power of_flux_;
   double eddy_S_, hysteresis_A_;
 };
 

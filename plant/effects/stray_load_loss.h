@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "plant/effects/effect.h"
+#include "plant/effects/power.h"
 #include "rig/base/space_vector.h"
 
 namespace imrig::plant {
@@ -28,7 +29,11 @@ class StrayLoadLoss final : public Effect {
     double exponent = 2.0;  // p, of the speed
   };
 
-  explicit StrayLoadLoss(const Config& config) : config_(config) {}
+  explicit StrayLoadLoss(const Config& config)
+      : config_(config),
+        per_rated_(1.0 / rad_s_of_rpm(config.rated_rpm)),
+        factor_(config.loss_W * per_rated_ / (reference() * reference())),
+        of_speed_(config.exponent - 1.0) {}
   std::string name() const override { return "stray_load_loss"; }
   unsigned hooks() const override { return config_.loss_W > 0.0 ? kDrag | kLosses : 0u; }
   std::vector<Parameter> parameters() const override {
@@ -53,13 +58,14 @@ class StrayLoadLoss final : public Effect {
   double reference() const { return config_.basis == Basis::kCurrent ? config_.rated_A : config_.rated_Nm; }
   double torque(const Conditions& at) const {
     const double load = config_.basis == Basis::kCurrent ? std::norm(at.i.s) : at.torque_Nm * at.torque_Nm;
-    const double w = at.w_mech, w_ref = rad_s_of_rpm(config_.rated_rpm);
-    return config_.loss_W / w_ref * load / (reference() * reference()) *
-           std::pow(std::abs(w) / w_ref, config_.exponent - 1.0) * w /
+    const double w = at.w_mech;
+    return factor_ * load * of_speed_(std::abs(w) * per_rated_) * w /
            std::sqrt(w * w + kSmooth_rad_s * kSmooth_rad_s);
   }
 
   Config config_;
+  double per_rated_, factor_;  // 1/w_ref; P_ref/(w_ref reference^2)
+  Power of_speed_;
 };
 
 }  // namespace imrig::plant

@@ -35,7 +35,10 @@ class Thermal final : public Effect {
     double speedup = 1.0;
   };
 
-  explicit Thermal(const Config& config) : config_(config) {}
+  explicit Thermal(const Config& config)
+      : config_(config),
+        stator_per_K_(1.0 / (config.stator_k_C + config.reference_C)),
+        rotor_per_K_(1.0 / (config.rotor_k_C + config.reference_C)) {}
   std::string name() const override { return "thermal"; }
   unsigned hooks() const override {
     return config_.stator_J_per_K > 0.0 ? kStates | kTemperatures | kResistances | kMeasured : 0u;
@@ -80,8 +83,8 @@ class Thermal final : public Effect {
   }
   void resistances(const Conditions& at, const double* /*own*/, Resistances& R) const override {
     const Config& c = config_;
-    R.R_s *= (c.stator_k_C + at.temperature.stator_C) / (c.stator_k_C + c.reference_C);
-    R.R_r *= (c.rotor_k_C + at.temperature.rotor_C) / (c.rotor_k_C + c.reference_C);
+    R.R_s *= 1.0 + (at.temperature.stator_C - c.reference_C) * stator_per_K_;
+    R.R_r *= 1.0 + (at.temperature.rotor_C - c.reference_C) * rotor_per_K_;
   }
   void derivatives(const Conditions& at, const double* own, double* d_own) const override {
     const Config& c = config_;
@@ -104,6 +107,7 @@ class Thermal final : public Effect {
  private:
   enum Node { kStator, kRotor, kIron };
   Config config_;
+  double stator_per_K_, rotor_per_K_;  // temperature coefficients at T_ref
 };
 
 }  // namespace imrig::plant

@@ -1,11 +1,11 @@
-// The fixed-step integrator that `imrig campaign run` uses beyond real time, held against the error-controlled one in the
-// same run, on the shipped plants without saturation: a start from rest, load, a 10 % step, gates off and a coast-down.
+// The fixed-step integrator, held against the error-controlled one in the same run on shipped plants, the one with full
+// physics also with every switching instant followed: a start from rest, load, a 20 % step, gates off and a coast-down.
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/plant/bench.h"
@@ -40,10 +40,15 @@ Trace start_load_step(PlantConfig config, const IntegratorConfig& integrator) {
   return trace;
 }
 
-class Pace : public ::testing::TestWithParam<std::string> {};
+using Case = std::tuple<std::string, InverterConfig::Kind>;
+
+class Pace : public ::testing::TestWithParam<Case> {};
+
+std::string told(const ::testing::TestParamInfo<Case>& c) { return std::get<0>(c.param); }
 
 TEST_P(Pace, FixedStepStaysWithinAMilliampereAndAHundredthOfARpm) {
-  const PlantConfig config = load_plant_config(GetParam());
+  PlantConfig config = load_plant_config(IMRIG_SOURCE_DIR "/models/plants/" + std::get<0>(GetParam()) + ".toml");
+  config.inverter.kind = std::get<1>(GetParam());
   IntegratorConfig tight = config.integrator, fixed = config.integrator;
   tight.kind = IntegratorConfig::Kind::kSundials, tight.rtol = 1e-10, tight.atol = 1e-12;
   fixed.kind = IntegratorConfig::Kind::kRk4;
@@ -62,10 +67,14 @@ TEST_P(Pace, FixedStepStaysWithinAMilliampereAndAHundredthOfARpm) {
   EXPECT_LT(rpm, 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(LinearPlants, Pace, ::testing::Values(IMRIG_SOURCE_DIR "/models/plants/proca_5hp.toml",
-                                           IMRIG_SOURCE_DIR "/models/plants/proca_5hp_ideal.toml"), [](const auto& parameter) {
-  return std::filesystem::path(parameter.param).stem().string();
-});
+INSTANTIATE_TEST_SUITE_P(ShippedPlants, Pace,
+                         ::testing::Combine(::testing::Values("proca_5hp", "proca_5hp_ideal", "proca_5hp_full"),
+                                            ::testing::Values(InverterConfig::Kind::kAveraged)),
+                         told);
+INSTANTIATE_TEST_SUITE_P(EverySwitchingInstant, Pace,
+                         ::testing::Combine(::testing::Values("proca_5hp_full"),
+                                            ::testing::Values(InverterConfig::Kind::kSwitching)),
+                         told);
 
 }  // namespace
 }  // namespace imrig::plant

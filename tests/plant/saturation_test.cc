@@ -399,5 +399,28 @@ TEST(Saturation, ConvergesWithTheIntegrator) {
   }
 }
 
+// From far away, from near, and from so near that the tangents serve; the same currents as without a neighbour.
+TEST(MagneticCircuit, PointsFollowedFromAnyNeighbourAreTheSolvedOnes) {
+  const MagneticCircuit circuit(kMachine, kAll);
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  double worst_A = 0.0;
+  for (const double apart_Wb : {1.0, 1e-2, 1e-3, 3e-5, 1e-6, 0.0}) {
+    MagneticCircuit::Known known;
+    for (const Fluxes& x : many_fluxes(300)) {
+      Complex psi_s{x[0], x[1]}, psi_r{x[2], x[3]};
+      for (int k = 0; k < 3; ++k) {
+        const auto followed = circuit.follow(psi_s, psi_r, known), solved = circuit.solve(psi_s, psi_r);
+        worst_A = std::max({worst_A, std::abs(followed.i.s - solved.i.s), std::abs(followed.i.r - solved.i.r)});
+        psi_s += apart_Wb * Complex(normal(random), normal(random));
+        psi_r += apart_Wb * Complex(normal(random), normal(random));
+      }
+    }
+  }
+  std::printf("followed from solved points: %.1e A at most\n", worst_A);
+  EXPECT_GT(worst_A, 0.0);
+  EXPECT_LT(worst_A, MagneticCircuit::kFollowed_A);
+}
+
 }  // namespace
 }  // namespace imrig::plant
