@@ -1,0 +1,107 @@
+#include "estimators/fit/global/driven_record.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace imrig::est {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+template <class X>
+std::vector<X> averaged(const std::vector<X>& x, std::size_t by) {
+  std::vector<X> out;
+  out.reserve(x.size() / by);
+  for (std::size_t k = 0; k + by <= x.size(); k += by) {
+    X sum{};
+    for (std::size_t m = 0; m < by; ++m) sum += x[k + m];
+    out.push_back(sum * (1.0 / static_cast<double>(by)));
+  }
+  return out;
+}
+
+// Sigma of white noise after the matched filter and the average.
+double gain_of(const FrameRecord& frame, std::size_t by) {
+  const std::vector<Complex> response = frame.filter_response();
+  std::vector<Complex> whole(response.size() + by - 1);
+  for (std::size_t k = 0; k < response.size(); ++k) {
+    for (std::size_t m = 0; m < by; ++m) whole[k + m] += response[k] / static_cast<double>(by);
+  }
+  double power = 0.0;
+  for (const Complex& h : whole) power += std::norm(h);
+  return std::sqrt(power);
+}
+
+void thin(DrivenRecord& record) {
+  FrameRecord& frame = record.frame;
+  const auto most = static_cast<std::size_t>(std::max(1.0, std::floor(kThinnedTime_s / frame.sample_time_s + 1e-9)));
+  const std::size_t by = std::min(most, std::max<std::size_t>(1, (frame.size() - frame.judged_from) / 64));
+  record.mean_gain = gain_of(frame, by);
+  if (by == 1) return;
+  record.thinned = static_cast<int>(by);
+  frame.v = averaged(frame.v, by);
+  frame.i = averaged(frame.i, by);
+  frame.w_r = averaged(frame.w_r, by);
+  frame.judged_from = (frame.judged_from + by - 1) / by;
+  frame.sample_time_s *= static_cast<double>(by);
+  frame.noise_gain = record.mean_gain;
+  // Averages over a straight line belong to the middle of their samples.
+}
+
+void add_voltage_rate(DrivenRecord& record) {
+  const auto& v = record.frame.v;
+  const double h = record.frame.sample_time_s;
+  record.voltage_rate.resize(v.size());
+  for (std::size_t k = 0; k < v.size(); ++k) {
+    const std::size_t before = k == 0 ? 0 : k - 1, after = std::min(k + 1, v.size() - 1);
+    const Complex slope = after == before ? Complex(0.0) : (v[after] - v[before]) / (h * static_cast<double>(after - before));
+    record.voltage_rate[k] = slope + Complex(0.0, record.frame.w_k) * v[k];
+  }
+}
+
+void add_rotor_turn(DrivenRecord& record) {
+  const FrameRecord& frame = record.frame;
+  double angle = 0.0;
+  for (std::size_t k = 0; k < frame.size(); ++k) {
+    record.rotor_turn.push_back(std::polar(1.0, angle));
+    const double next = k + 1 < frame.size() ? frame.w_r[k + 1] : frame.w_r[k];
+    angle = std::remainder(angle + frame.sample_time_s * (0.5 * (frame.w_r[k] + next) - frame.w_k), 2.0 * kPi);
+  }
+}
+
+void add_temperature(DrivenRecord& record, const TimeSeries& series, double mean_stator_C) {
+  if (series.stator_C.size() != series.size() || std::isnan(mean_stator_C)) return;
+  double last = mean_stator_C;
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    const double here = series.stator_C[record.frame.first + k * static_cast<std::size_t>(record.thinned)];
+    if (std::isfinite(here)) last = here;
+    record.stator_rise_K.push_back(last - mean_stator_C);
+  }
+}
+
+}  // namespace
+
+Instant DrivenRecord::at(std::size_t k) const {
+  Instant out;
+  out.w_k = frame.w_k;
+  // Averages belong to the middle of their samples.
+  const double t = frame.sample_time_s * (static_cast<double>(k) + 0.5 - 0.5 / thinned);
+  out.turn = std::polar(1.0, frame.w_k * t);
+  out.rotor_turn = rotor_turn[k];
+  out.voltage_rate = voltage_rate[k];
+  out.stator_rise_K = stator_rise_K.empty() ? 0.0 : stator_rise_K[k];
+  return out;
+}
+
+DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double mean_stator_C) {
+  DrivenRecord record;
+  record.frame = to_frame(series, pole_pairs);
+  thin(record);
+  add_voltage_rate(record);
+  add_rotor_turn(record);
+  add_temperature(record, series, mean_stator_C);
+  return record;
+}
+
+}  // namespace imrig::est

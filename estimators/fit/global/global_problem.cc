@@ -1,0 +1,270 @@
+#include "estimators/fit/global/global_problem.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "estimators/model/effects/registry.h"
+#include "rig/base/error.h"
+
+namespace imrig::est {
+
+namespace {
+
+constexpr double kTableRelative = 0.003;  // what a table without declared noise is good for
+constexpr int kMostRounds = 25;
+
+bool simulated(RecordKind kind) { return kind != RecordKind::kDc; }
+
+struct Temperatures {
+  double mean = kMissing, spread = 0.0;
+};
+
+Temperatures temperatures(const DataSet& data) {
+  double sum = 0.0, low = 1e9, high = -1e9;
+  std::size_t n = 0;
+  const auto take = [&](double t) {
+    if (!std::isfinite(t)) return;
+    sum += t;
+    ++n;
+    low = std::min(low, t);
+    high = std::max(high, t);
+  };
+  for (const Record& record : data.records) {
+    if (record.kind == RecordKind::kDc) continue;
+    for (std::size_t k = 0; k < record.series.stator_C.size(); k += 64) take(record.series.stator_C[k]);
+    for (const SteadyPoint& p : record.points) take(p.stator_C);
+  }
+  return n == 0 ? Temperatures{} : Temperatures{sum / static_cast<double>(n), high - low};
+}
+
+PointNoise point_noise(const Noise& declared) {
+  const auto known = [](double x) { return std::isfinite(x) ? x : 0.0; };
+  PointNoise out{std::sqrt(2.0) * known(declared.current_A), known(declared.power_W), known(declared.torque_Nm), 0.0};
+  if (!(out.current_A > 0.0) || !(out.power_W > 0.0)) out.relative = kTableRelative;
+  return out;
+}
+
+}  // namespace
+
+double local_prior_sigma(std::size_t entry) {
+  return entry < kStates ? std::numeric_limits<double>::infinity() : 0.2;
+}
+
+GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads)
+    : data_(data), threads_(std::max(1, threads)), noise_(noise_levels(data)), point_noise_(point_noise(data.noise)) {
+  const Temperatures t = temperatures(data);
+  mean_stator_C_ = t.mean;
+  spread_stator_C_ = t.spread;
+  for (std::size_t k = 0; k < data.records.size(); ++k) {
+    const Record& record = data.records[k];
+    if (!simulated(record.kind)) continue;
+    Entry entry;
+    entry.index = k;
+    entry.id = record.id;
+    entry.holdout = record.holdout;
+    entry.record = &record;
+    try {
+      if (record.kind != RecordKind::kPoints) {
+        entry.series = std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, mean_stator_C_));
+        const FrameRecord& frame = entry.series->frame;
+        for (std::size_t n = frame.judged_from; n < frame.size(); ++n) {
+          largest_current_ = std::max(largest_current_, std::abs(frame.i[n]));
+          if (std::abs(frame.w_k) > 30.0)
+            largest_flux_ = std::max(largest_flux_, std::abs((frame.v[n] - theta.R_s * frame.i[n]) / frame.w_k));
+        }
+      }
+      for (const SteadyPoint& p : record.points) {
+        predict_steady(start({}).shared, data.pole_pairs, mean_stator_C_, p);
+        if (p.f_Hz > 5.0) largest_flux_ = std::max(largest_flux_, p.v_peak_V / (2.0 * kPi * p.f_Hz));
+        if (std::isfinite(p.i_peak_A)) largest_current_ = std::max(largest_current_, p.i_peak_A);
+        torque_ = torque_ || std::isfinite(p.torque_Nm) || std::isfinite(p.p_out_W);
+      }
+      entries_.push_back(std::move(entry));
+    } catch (const Error& e) {
+      left_out_.push_back({record.id, e.what()});
+    }
+  }
+  if (entries_.empty()) throw Error("data set \"" + data.name + "\"", "has no record that can be simulated", left_out_.empty() ? "" : left_out_.front().why);
+  SharedVector<double> rough = start({}).shared;
+  rough[0] = theta.R_s;
+  rough[1] = theta.R_r;
+  rough[2] = theta.L_l;
+  rough[3] = theta.L_m;
+  refresh(rough);
+}
+
+void GlobalProblem::refresh(const SharedVector<double>& shared) {
+  const MachineParameters<double> theta{shared[0], shared[1], shared[2], shared[3]};
+  for (Entry& entry : entries_) {
+    if (!entry.series) continue;
+    entry.steps = steps_for(*entry.series, shared);
+    entry.whitener = std::make_unique<Whitener>(*entry.series, theta, 0.8 * largest_flux_, noise_.levels);
+  }
+}
+
+GlobalPoint GlobalProblem::start(const SharedVector<double>& shared) const {
+  GlobalPoint out;
+  out.shared = shared;
+  if (shared[0] == 0.0) {
+    out.shared = {0.5, 0.5, 0.01, 0.1};
+    for (std::size_t entry = kBase; entry < kShared; ++entry) out.shared[entry] = shared_parameter(entry).neutral;
+  }
+  out.local.assign(entries_.size(), neutral_local());
+  return out;
+}
+
+template <class Work>
+void GlobalProblem::each(const std::vector<std::size_t>& which, Work&& work) const {
+  std::atomic<std::size_t> next{0};
+  const auto run = [&] {
+    for (std::size_t k = next++; k < which.size(); k = next++) work(k);
+  };
+  std::vector<std::thread> others;
+  for (int t = 1; t < threads_ && static_cast<std::size_t>(t) < which.size(); ++t) others.emplace_back(run);
+  run();
+  for (std::thread& t : others) t.join();
+}
+
+std::vector<std::size_t> GlobalProblem::locals_of(std::size_t entry, const std::vector<std::size_t>& local) const {
+  return entries_[entry].series ? local : std::vector<std::size_t>{};
+}
+
+RecordTerms GlobalProblem::evaluate_one(std::size_t number, const SharedVector<double>& shared,
+                                        const LocalVector<double>& local, const Lanes& lanes, RecordTrace* trace) const {
+  const Entry& entry = entries_[number];
+  if (!entry.series) return points_terms(entry.record->points, data_.pole_pairs, mean_stator_C_, point_noise_, shared, lanes);
+  return record_terms(*entry.series, *entry.whitener, entry.steps, shared, local, lanes, trace);
+}
+
+GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free, const std::vector<std::size_t>& which,
+                                    const std::vector<Prior>& priors) const {
+  GlobalTerms out;
+  const auto s = static_cast<Eigen::Index>(free.shared.size());
+  out.normal.setZero(s, s);
+  out.gradient.setZero(s);
+  out.records.resize(which.size());
+  each(which, [&](std::size_t k) {
+    out.records[k] = evaluate_one(which[k], at.shared, at.local[which[k]], {free.shared, locals_of(which[k], free.local)});
+  });
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    RecordTerms& r = out.records[k];
+    const auto locals = locals_of(which[k], free.local);
+    const auto l = static_cast<Eigen::Index>(locals.size());
+    for (Eigen::Index m = 0; m < l; ++m) {
+      const std::size_t entry = locals[static_cast<std::size_t>(m)];
+      const double sigma = local_prior_sigma(entry);
+      if (!std::isfinite(sigma)) continue;
+      const double off = at.local[which[k]][entry] / sigma;
+      r.chi2 += off * off;
+      r.normal(s + m, s + m) += 1.0 / (sigma * sigma);
+      r.gradient[s + m] += off / sigma;
+    }
+    out.chi2 += r.chi2;
+    out.values += r.values;
+    Eigen::VectorXd score = r.gradient.head(s);
+    Eigen::MatrixXd normal = r.normal.topLeftCorner(s, s);
+    if (l > 0) {
+      Eigen::MatrixXd D = r.normal.bottomRightCorner(l, l);
+      D.diagonal() *= 1.0 + 1e-10;
+      D.diagonal().array() += 1e-12;
+      const Eigen::MatrixXd B = r.normal.topRightCorner(s, l);
+      const Eigen::LDLT<Eigen::MatrixXd> ldlt(D);
+      normal -= B * ldlt.solve(B.transpose());
+      score -= B * ldlt.solve(r.gradient.tail(l));
+    }
+    out.normal += normal;
+    out.gradient += score;
+    out.scores.push_back(score);
+  }
+  for (const Prior& prior : priors) {
+    const double off = (at.shared[prior.entry] - prior.value) / prior.sigma;
+    out.chi2 += off * off;
+    const auto found = std::find(free.shared.begin(), free.shared.end(), prior.entry);
+    if (found == free.shared.end()) continue;
+    const auto m = static_cast<Eigen::Index>(found - free.shared.begin());
+    out.normal(m, m) += 1.0 / (prior.sigma * prior.sigma);
+    out.gradient[m] += off / prior.sigma;
+  }
+  return out;
+}
+
+void GlobalProblem::settle(GlobalPoint& at, const std::vector<std::size_t>& local,
+                           const std::vector<std::size_t>& which) const {
+  each(which, [&](std::size_t w) {
+    const std::size_t k = which[w];
+    const auto locals = locals_of(k, local);
+    if (locals.empty()) return;
+    LocalVector<double>& x = at.local[k];
+    double best = std::numeric_limits<double>::infinity();
+    LocalVector<double> kept = x;
+    double damping = 0.0;
+    Eigen::VectorXd gradient;
+    Eigen::MatrixXd normal;
+    for (int round = 0; round < kMostRounds; ++round) {
+      RecordTerms r = evaluate_one(k, at.shared, x, {{}, locals});
+      for (std::size_t m = 0; m < locals.size(); ++m) {
+        const double sigma = local_prior_sigma(locals[m]);
+        if (!std::isfinite(sigma)) continue;
+        const auto d = static_cast<Eigen::Index>(m);
+        r.chi2 += std::pow(x[locals[m]] / sigma, 2);
+        r.normal(d, d) += 1.0 / (sigma * sigma);
+        r.gradient[d] += x[locals[m]] / (sigma * sigma);
+      }
+      const bool better = std::isfinite(r.chi2) && r.chi2 < best;
+      const bool settled = better && best - r.chi2 < 1e-6 * r.chi2 + 1e-3;
+      if (better) {
+        best = r.chi2;
+        kept = x;
+        gradient = r.gradient;
+        normal = r.normal;
+        damping *= 0.1;
+        if (damping < 1e-6) damping = 0.0;
+      } else {
+        if (gradient.size() == 0 || damping > 1e6) break;
+        damping = damping == 0.0 ? 1e-3 : 10.0 * damping;
+      }
+      if (settled) break;
+      Eigen::MatrixXd D = normal;
+      D.diagonal() *= 1.0 + damping + 1e-12;
+      D.diagonal().array() += 1e-12;
+      const Eigen::VectorXd step = D.ldlt().solve(gradient);
+      x = kept;
+      for (std::size_t m = 0; m < locals.size(); ++m) {
+        x[locals[m]] -= step[static_cast<Eigen::Index>(m)];
+        if (locals[m] >= kStates) {
+          const EffectParameter& p = local_parameter(locals[m]);
+          x[locals[m]] = std::clamp(x[locals[m]], p.low, p.high);
+        }
+      }
+    }
+    x = kept;
+  });
+}
+
+std::vector<std::size_t> GlobalProblem::fitted() const {
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    if (!entries_[k].holdout) out.push_back(k);
+  }
+  return out;
+}
+
+std::vector<std::size_t> GlobalProblem::holdout() const {
+  std::vector<std::size_t> out;
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    if (entries_[k].holdout) out.push_back(k);
+  }
+  return out;
+}
+
+std::vector<std::size_t> GlobalProblem::all() const {
+  std::vector<std::size_t> out(entries_.size());
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = k;
+  return out;
+}
+
+}  // namespace imrig::est

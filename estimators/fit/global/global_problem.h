@@ -1,0 +1,113 @@
+#pragma once
+// All records of a data set at once: shared parameters of the motor and its effects, and per record what
+// belongs to it alone (initial fluxes, a temperature nobody measured). The record's own unknowns are
+// eliminated record by record (Schur complement), so the work grows with the data, not with the records'
+// unknowns.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "estimators/fit/global/noise_levels.h"
+#include "estimators/fit/global/points_terms.h"
+#include "estimators/fit/global/record_terms.h"
+#include "estimators/model/model.h"
+#include "rig/data/record.h"
+
+namespace imrig::est {
+
+// Where a fit stands.
+struct GlobalPoint {
+  SharedVector<double> shared{};
+  std::vector<LocalVector<double>> local;  // one an entry of the problem
+};
+
+// What is free: entries of the shared vector, entries of each record's own vector.
+struct Freedom {
+  std::vector<std::size_t> shared;
+  std::vector<std::size_t> local;
+};
+
+// Gaussian knowledge about an entry: value +- sigma.
+struct Prior {
+  std::size_t entry = 0;
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+// Sums over the records, their own unknowns eliminated.
+struct GlobalTerms {
+  double chi2 = 0.0;  // priors included
+  std::size_t values = 0;
+  Eigen::MatrixXd normal;    // over the shared unknowns
+  Eigen::VectorXd gradient;
+  std::vector<RecordTerms> records;  // as they were evaluated
+  std::vector<Eigen::VectorXd> scores;  // reduced gradient of each record
+};
+
+class GlobalProblem {
+ public:
+  struct Entry {
+    std::size_t index = 0;  // in the data set
+    std::string id;
+    bool holdout = false;
+    const Record* record = nullptr;
+    std::unique_ptr<DrivenRecord> series;   // null: a table
+    std::unique_ptr<Whitener> whitener;
+    int steps = 1;
+  };
+  struct LeftOut {
+    std::string id, why;
+  };
+
+  // Takes the records that can be simulated; a rough circuit for whitening is `theta`. data must outlive this.
+  GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads);
+
+  const DataSet& data() const { return data_; }
+  const std::vector<Entry>& entries() const { return entries_; }
+  const std::vector<LeftOut>& left_out() const { return left_out_; }
+  const NoiseEstimate& noise() const { return noise_; }
+  double mean_stator_C() const { return mean_stator_C_; }
+  bool has_stator_C() const { return spread_stator_C_ > 1.0; }  // a winding temperature that moves, K
+  bool has_torque() const { return torque_; }
+  double largest_flux_Wb() const { return largest_flux_; }
+  double largest_current_A() const { return largest_current_; }
+  // Steps and whitening for a better circuit than the first.
+  void refresh(const SharedVector<double>& shared);
+
+  GlobalPoint start(const SharedVector<double>& shared) const;
+
+  // which: entries to evaluate, by number.
+  GlobalTerms evaluate(const GlobalPoint& at, const Freedom& free, const std::vector<std::size_t>& which,
+                       const std::vector<Prior>& priors = {}) const;
+  RecordTerms evaluate_one(std::size_t entry, const SharedVector<double>& shared, const LocalVector<double>& local,
+                           const Lanes& lanes, RecordTrace* trace = nullptr) const;
+
+  // Brings each record's own unknowns to their best for the given shared vector.
+  void settle(GlobalPoint& at, const std::vector<std::size_t>& local, const std::vector<std::size_t>& which) const;
+
+  std::vector<std::size_t> fitted() const;   // entries that are no hold-outs
+  std::vector<std::size_t> holdout() const;
+  std::vector<std::size_t> all() const;
+  // The record's own unknowns that this entry has: a table has none.
+  std::vector<std::size_t> locals_of(std::size_t entry, const std::vector<std::size_t>& local) const;
+
+ private:
+  template <class Work>
+  void each(const std::vector<std::size_t>& which, Work&& work) const;
+
+  const DataSet& data_;
+  int threads_;
+  NoiseEstimate noise_;
+  PointNoise point_noise_;
+  std::vector<Entry> entries_;
+  std::vector<LeftOut> left_out_;
+  double mean_stator_C_ = kMissing, spread_stator_C_ = 0.0;
+  double largest_flux_ = 0.1, largest_current_ = 1.0;
+  bool torque_ = false;
+};
+
+// Prior of a record's own entry: what is physically possible; infinite for the initial state.
+double local_prior_sigma(std::size_t entry);
+
+}  // namespace imrig::est

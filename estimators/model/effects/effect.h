@@ -1,0 +1,101 @@
+#pragma once
+// What a physical effect of the fitted model says about itself, and the hooks by which it changes the base
+// machine. One effect is one header beside this one: a class template over the scalar (double or ceres::Jet)
+// with a static description and those hooks that it needs; the others are the identity. effect_list.h names
+// them all, effect_machine.h puts them together.
+//
+// Parameters of an effect are
+//   amplitudes  that vanish (take their neutral value) when the effect is absent: what a score test asks for
+//   shapes      exponents, corners, places: without meaning while the amplitudes are neutral, so they are
+//               scanned in a test and fitted afterwards
+//   constants   references that are taken from the data once and never fitted
+// and amplitudes that belong to each record by itself (a phase, a temperature nobody measures) are local.
+
+#include <complex>
+#include <span>
+
+#include "estimators/model/complex_pair.h"
+#include "estimators/model/effects/scalar.h"
+
+namespace imrig::est {
+
+enum class Role { kAmplitude, kShape, kConstant };
+
+struct EffectParameter {
+  const char* name;
+  const char* unit;
+  Role role;
+  double neutral;  // of a shape: its usual value
+  double low, high;
+  double scale;  // a change of this size matters to an engineer
+  std::span<const double> scan = {};  // of a shape: values to try
+};
+
+struct EffectInfo {
+  const char* name;
+  const char* sentence;    // the physics, for people
+  const char* equation;
+  const char* source;
+  const char* experiment;  // what separates it from its twins
+  std::span<const EffectParameter> shared;  // one value for the motor
+  std::span<const EffectParameter> local = {};  // one value a record
+};
+
+// Where a machine is in its record at one instant.
+struct Instant {
+  double w_k = 0.0;                         // speed of the frame, electrical rad/s
+  std::complex<double> turn = 1.0;          // exp(j theta_k): from the frame to the stationary frame
+  std::complex<double> rotor_turn = 1.0;    // exp(j (theta_r - theta_k)): from the rotor's frame to the frame
+  std::complex<double> voltage_rate = 0.0;  // dv/dt of the measured voltage in the stationary frame, V/s, seen in the frame
+  double stator_rise_K = 0.0;               // measured winding temperature above the set's mean; 0 where unknown
+};
+
+// Stator current and rotor current (into the rotor's resistance), A: the gradients of the magnetic energy.
+template <class T>
+struct Currents {
+  Cx<T> stator, rotor;
+};
+
+// Conductances of the iron at the stator flux and at the rotor flux, 1/ohm.
+template <class T>
+struct Iron {
+  T at_stator{}, at_rotor{};
+};
+
+template <class T>
+struct MachineParameters;
+
+// Identity of every hook. p: the four base parameters, where a hook wants them.
+template <class T>
+struct EffectLaw {
+  // Electrical rotor speed, rad/s, from the measured one.
+  void speed(T&) const {}
+  // Voltage at the winding, V, from the measured one.
+  void voltage(Cx<T>&, const Cx<T>& /*i_s*/, const Instant&) const {}
+  void magnetics(const MachineParameters<T>&, const Cx<T>& /*psi_s*/, const Cx<T>& /*psi_r*/, Currents<T>&) const {}
+  // Factors on R_s and R_r.
+  void stator_resistance(T&, const Instant&) const {}
+  void rotor_resistance(T&, const Instant&) const {}
+  // What multiplies R_s beside the current: A.
+  void stator_asymmetry(Cx<T>&, const Cx<T>& /*i*/, const Instant&) const {}
+  // Likewise R_r.
+  void rotor_asymmetry(Cx<T>&, const Cx<T>& /*i_r*/, const Instant&) const {}
+  void iron(Iron<T>&, const Instant&) const {}
+  // Factor on R_r from the rotor flux and current.
+  void skin(T&, const Cx<T>& /*psi_r*/, const Cx<T>& /*i_r*/) const {}
+  // The current of a deep layer: the bar's current less what the top carries (psi_r sees R_r (1 + rise)).
+  void layer(T& /*rise*/, T& /*corner_rad_s*/) const {}
+  // Shaft torque lost, N m; w_M mechanical.
+  void lost_torque(T&, const T& /*w_M*/, const Cx<T>& /*i_r*/) const {}
+  // Current as the sensors show it.
+  void measured_current(Cx<T>&, const Instant&) const {}
+};
+
+// x -> factor x exp(-2 j theta_k) of a conjugated vector: a negative sequence, seen in the frame.
+template <class T>
+Cx<T> negative_sequence(const Cx<T>& factor, const Cx<T>& x, const Instant& at) {
+  const std::complex<double> back = std::conj(at.turn * at.turn);
+  return factor * conj(x) * Cx<T>(T(back.real()), T(back.imag()));
+}
+
+}  // namespace imrig::est

@@ -1,0 +1,50 @@
+#pragma once
+// Dead time and device drop: each phase loses a voltage against its current.
+//   v = v_given - (2/3) sum a^x drop i_x / sqrt(i_x^2 + width^2)
+// Only where the given voltage is the command, not the terminals'. The sign is softened over `width`, since
+// the current ripple and the devices' own drop do so (Jeong and Park 1991).
+
+#include <array>
+#include <cmath>
+
+#include "estimators/model/base_machine.h"
+#include "estimators/model/effects/effect.h"
+
+namespace imrig::est {
+
+template <class T>
+class InverterDeadTime : public EffectLaw<T> {
+ public:
+  static constexpr double kWidths[] = {0.1, 0.3, 1.0};
+  static constexpr EffectParameter kShared[] = {
+      {"drop_V", "V", Role::kAmplitude, 0.0, -2.0, 100.0, 0.1},
+      {"width_A", "A", Role::kShape, 0.3, 1e-3, 100.0, 0.1, kWidths}};
+  static constexpr EffectInfo kInfo = {
+      "inverter_dead_time",
+      "The inverter loses a voltage against the sign of each phase current: dead time and device drop",
+      "v = v_given - drop sign(i) in each phase",
+      "Jeong and Park 1991, IEEE Trans. Industrial Electronics",
+      "current sweep at DC or low frequency",
+      kShared};
+
+  InverterDeadTime(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
+
+  void voltage(Cx<T>& v, const Cx<T>& i_s, const Instant& at) const {
+    using std::sqrt;
+    if (!active_) return;
+    const Cx<T> turn(T(at.turn.real()), T(at.turn.imag()));
+    const Cx<T> i = i_s * turn;
+    const std::array<T, 3> phases{i.re, kHalfRoot3 * i.im - 0.5 * i.re, -(kHalfRoot3 * i.im) - 0.5 * i.re};
+    std::array<T, 3> signs;
+    for (std::size_t x = 0; x < 3; ++x) signs[x] = phases[x] / sqrt(phases[x] * phases[x] + p_[1] * p_[1]);
+    const Cx<T> loss((2.0 * signs[0] - signs[1] - signs[2]) * (1.0 / 3.0), (signs[1] - signs[2]) * (kHalfRoot3 / 1.5));
+    v = v - scaled(p_[0], loss * conj(turn));
+  }
+
+ private:
+  static constexpr double kHalfRoot3 = 0.86602540378443865;
+  const T* p_;
+  bool active_;
+};
+
+}  // namespace imrig::est
