@@ -276,14 +276,17 @@ Powers Plant::powers() const {
   p.friction_W = heat.friction_W;
   p.air_gap_shaft_W = at.torque_Nm * at.w_mech;
   p.drag_W = at.drag_Nm * at.w_mech;
+  p.coupling_W = at.coupling.heat_W;
   p.generator_shaft_W = -g.shaft_Nm * at.coupling.w_generator;
   p.field_W = parts_->drive.field_V * g.i_f;
   p.field_copper_W = box.R_field_ohm * g.i_f * g.i_f;
   p.armature_W = box.R_a_ohm * armature_A2;
+  p.generator_core_W = g.core_W;
+  p.generator_friction_W = g.friction_W;
   p.load_W = box.R_load_ohm * armature_A2;
   p.magnetic_J = parts_->drive.magnetic_J(at, parts_->x);
   p.kinetic_J = 0.5 * parts_->config.mechanics.J_kgm2 * at.w_mech * at.w_mech;
-  p.generator_J = 0.75 * (at.psi_d * g.i_d + at.psi_q * g.i_q) + 0.5 * at.psi_f * g.i_f;
+  p.generator_J = parts_->drive.generator().stored_J(at.psi_d, at.psi_q, at.psi_f, g);
   return p;
 }
 

@@ -80,6 +80,16 @@ GeneratorConfig read_generator(const ConfigReader& table) {
   g.R_load_ohm = table.number_or("R_load_ohm", g.R_load_ohm, kOhm);
   g.R_field_ohm = table.number_or("R_field_ohm", g.R_field_ohm, {1e-3, 1e5});
   g.L_field_H = table.number_or("L_field_H", g.L_field_H, {1e-6, 1e5});
+  g.L_leakage_H = table.number_or("L_leakage_H", 0.1 * g.L_s_H, {1e-7, 1e3});
+  g.saturated_ratio = table.number_or("saturated_ratio", g.saturated_ratio, {0.02, 1.0});
+  g.knee_Wb = table.number_or("knee_Wb", g.knee_Wb, {1e-6, 1e3});
+  g.softness = table.number_or("softness", g.softness, {0.05, 0.95});
+  g.core_loss_W = table.number_or("core_loss_W", g.core_loss_W, {0.0, 1e6});
+  g.core_psi_Wb = table.number_or("core_psi_Wb", g.core_psi_Wb, {1e-6, 1e3});
+  g.core_rpm = table.number_or("core_rpm", g.core_rpm, {1.0, 1e5});
+  g.core_eddy_share = table.number_or("core_eddy_share", g.core_eddy_share, {0.0, 1.0});
+  g.friction_Nm = table.number_or("friction_Nm", g.friction_Nm, {0.0, 1e3});
+  g.windage_Nms2 = table.number_or("windage_Nms2", g.windage_Nms2, {0.0, 10.0});
   return g;
 }
 
@@ -168,6 +178,23 @@ void check_rate(const PlantConfig& c, const std::string& part, double rate) {
   }
 }
 
+// The saturated generator's leakages, and how fast it settles with the iron saturated all through.
+void validate_bent(const PlantConfig& c) {
+  const GeneratorConfig& g = c.generator;
+  const bool bent = g.saturated_ratio != 1.0;
+  if (!bent && g.core_loss_W == 0.0) return;
+  const double L_m = g.L_s_H - g.L_leakage_H, M = g.flux_per_field_A_Wb;
+  const double field_leakage_H = g.L_field_H - 1.5 * M * M / L_m;
+  if (!(g.L_leakage_H > 0.0 && L_m > 0.0 && field_leakage_H > 0.0)) {
+    throw Error("generator", "its field winding has no leakage beside L_leakage_H of the armature",
+                "L_leakage_H below L_s_H - 1.5 flux_per_field_A_Wb^2 / L_field_H");
+  }
+  if (!bent) return;
+  const double along = 1.0 / (g.saturated_ratio * L_m) + 1.5 * M * M / (L_m * L_m * field_leakage_H);
+  check_rate(c, "generator, saturated",
+             (g.R_a_ohm + g.R_load_ohm) / (g.L_leakage_H + 1.0 / along) + g.R_field_ohm / field_leakage_H);
+}
+
 }  // namespace
 
 MachineConfig machine_of_inverse_gamma(double R_s_ohm, double R_r_ohm, double L_l_H, double L_m_H,
@@ -200,6 +227,7 @@ void validate(const PlantConfig& c) {
                 "L_field_H must exceed 1.5 flux_per_field_A_Wb^2 / L_s_H");
   }
   check_rate(c, "generator", ((g.R_a_ohm + g.R_load_ohm) * g.L_field_H + g.R_field_ohm * g.L_s_H) / G);
+  validate_bent(c);
   if (c.sample_time_ns <= 0 || c.pwm_time_ns < c.sample_time_ns || c.pwm_time_ns % c.sample_time_ns != 0) {
     throw Error("pwm_time_ns", "is no whole multiple of sample_time_ns");
   }

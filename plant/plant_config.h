@@ -58,6 +58,14 @@ struct GeneratorConfig {
   double R_load_ohm = 11.7;
   double R_field_ohm = 20.6;
   double L_field_H = 16.6;
+  // Open-circuit characteristic: peak flux linkage of the air gap where it bends, and its slope far above as
+  // a share of the air-gap line's; 1: straight.
+  double saturated_ratio = 1.0, knee_Wb = 0.5, softness = 0.4;
+  double L_leakage_H = 0.00126;  // of L_s
+  // Rotational losses, from the shaft: core loss at this flux and speed, eddy currents' share of it; bearings
+  // and fan.
+  double core_loss_W = 0.0, core_psi_Wb = 0.5, core_rpm = 1800.0, core_eddy_share = 0.5;
+  double friction_Nm = 0.0, windage_Nms2 = 0.0;
 };
 
 // DC supply of the field: constant voltage or constant current, whichever asks for less. The field current

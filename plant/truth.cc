@@ -24,7 +24,12 @@ Json generator_json(const GeneratorConfig& g) {
           {"R_a", quantity(g.R_a_ohm, "ohm")},
           {"R_load", quantity(g.R_load_ohm, "ohm")},
           {"R_field", quantity(g.R_field_ohm, "ohm")},
-          {"L_field", quantity(g.L_field_H, "H")}};
+          {"L_field", quantity(g.L_field_H, "H")},
+          {"saturated_ratio", quantity(g.saturated_ratio, "1")},
+          {"knee", quantity(g.knee_Wb, "Wb")},
+          {"core_loss", quantity(g.core_loss_W, "W")},
+          {"friction", quantity(g.friction_Nm, "Nm")},
+          {"windage", quantity(g.windage_Nms2, "Nm s^2/rad^2")}};
 }
 
 Json sensors_json(const PlantConfig& config) {

@@ -42,14 +42,14 @@ class CouplingTorsion final : public Effect {
     coupling.rigid = false;
     coupling.w_generator = own[1];
     coupling.torque_on_motor_Nm = -shaft_Nm(at, own);
+    coupling.heat_W = config_.damping_Nms * (at.w_mech - own[1]) * (at.w_mech - own[1]);
   }
   void derivatives(const Conditions& at, const double* own, double* d_own) const override {
     d_own[0] = at.w_mech - own[1];
     d_own[1] = (shaft_Nm(at, own) + at.generator_Nm) / config_.generator_J_kgm2;
   }
-  void losses(const Conditions& at, const double* own, Losses& heat) const override {
-    const double slide = at.w_mech - own[1];
-    heat.friction_W += config_.damping_Nms * slide * slide;
+  void losses(const Conditions& at, const double* /*own*/, Losses& heat) const override {
+    heat.friction_W += at.coupling.heat_W;
   }
   void energy(const Conditions& /*at*/, const double* own, double& stored_J) const override {
     stored_J +=

@@ -39,6 +39,7 @@ struct Coupling {
   bool rigid = true;
   double w_generator = 0.0;         // rad/s
   double torque_on_motor_Nm = 0.0;  // where it is not rigid: instead of the generator's torque
+  double heat_W = 0.0;              // of its damping
 };
 
 // Heat as it arises, W. Only effects that were asked for it read it (kStates), after everything else is

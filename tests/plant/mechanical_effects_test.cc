@@ -30,7 +30,8 @@ double left_over(const std::shared_ptr<const Effect>& effect) {
   const double h = sample_s(plant);
   double in_J = 0.0, heat_J = 0.0;
   const auto heat_W = [](const Powers& p) {
-    return p.stator_copper_W + p.rotor_copper_W + p.drag_W + p.field_copper_W + p.armature_W + p.load_W;
+    return p.stator_copper_W + p.rotor_copper_W + p.drag_W + p.coupling_W + p.field_copper_W + p.armature_W +
+           p.load_W;
   };
   Powers last = plant.powers();
   Observed before = plant.state();
@@ -162,10 +163,32 @@ TEST(CouplingTorsion, IsTheRigidShaftWhereItIsStiff) {
   EXPECT_NEAR(speed(true), rigid, 0.01);
 }
 
-TEST(CouplingTorsion, MakesNoEnergy) {
-  const double rest = left_over(std::make_shared<CouplingTorsion>(CouplingTorsion::Config{800.0, 0.0, 0.02}));
-  std::printf("start-up with a torsional shaft: %.1e of the energy left over\n", rest);
-  EXPECT_NEAR(rest, 0.0, 3e-5);
+TEST(CouplingTorsion, MakesNoEnergyAndItsDampingIsHeatOfTheBalance) {
+  for (const double damping : {0.0, 0.1, 5.0}) {
+    const double rest =
+        left_over(std::make_shared<CouplingTorsion>(CouplingTorsion::Config{800.0, damping, 0.02}));
+    std::printf("start-up with a torsional shaft, damping %g Nm s: %.1e of the energy left over\n", damping,
+                rest);
+    EXPECT_NEAR(rest, 0.0, 3e-5) << damping;
+  }
+}
+
+// Twisted and let go with the motor held: all that the spring and the load's inertia held becomes its heat.
+TEST(CouplingTorsion, TurnsASwingIntoHeatOfItsDamping) {
+  PlantConfig c = held_speed(100.0);
+  c.effects = {std::make_shared<CouplingTorsion>(CouplingTorsion::Config{800.0, 2.0, 0.02})};
+  Plant plant(c);
+  const double w = rad_s_of_rpm(100.0);
+  double heat_J = 0.0, last_W = plant.powers().coupling_W;
+  EXPECT_NEAR(last_W, 2.0 * w * w, 1e-9);
+  for (int k = 0; k < 20000; ++k) {
+    plant.step({});
+    const Powers p = plant.powers();
+    EXPECT_EQ(p.coupling_W, p.friction_W);
+    heat_J += 0.5 * sample_s(plant) * (p.coupling_W + last_W);
+    last_W = p.coupling_W;
+  }
+  EXPECT_NEAR(heat_J, 0.5 * 0.02 * w * w, 1e-3 * heat_J);  // seen from the turning motor
 }
 
 TEST(StickSlip, FallsFromBreakAwayToCoulomb) {
