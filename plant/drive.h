@@ -79,7 +79,6 @@ class Drive {
   double magnetic_J(const Conditions& at, const State& x) const;
   const MagneticCircuit& magnetics() const { return magnetics_; }
   const Generator& generator() const { return generator_; }
-  const Generator& generator() const { return generator_; }
 
   Terminals terminals;
   double field_V = 0.0;
