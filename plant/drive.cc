@@ -47,6 +47,11 @@ void check_rates(const PlantConfig& config) {
   }
 }
 
+// On the motor's shaft, positive drives.
+double load_Nm(const Conditions& at) {
+  return at.coupling.rigid ? at.generator_Nm : at.coupling.torque_on_motor_Nm;
+}
+
 MagneticLaws magnetic_laws(const PlantConfig& config) {
   MagneticLaws laws;
   for (const auto& effect : config.effects) effect->magnetics(laws);
@@ -67,6 +72,7 @@ Drive::Drive(const PlantConfig& config)
       n_p_(config.machine.pole_pairs),
       L_m_(config.machine.L_m_H) {
   check_rates(config);
+  for (const auto& effect : config.effects) break_away_Nm_ += effect->break_away_Nm();
   if (!magnetics_.linear() &&
       magnetics_.fastest_rate(base_.R_s, base_.R_r) * static_cast<double>(config.sample_time_ns) * 1e-9 >
           1.0) {
@@ -213,7 +219,9 @@ void Drive::settle(const double* x, Memory* memory, Flow& flow) const {
   rotor_flow(at, own);
 }
 
-void Drive::answer(const double* x, Flow& flow) const {
+void Drive::answer(const double* x, Flow& flow) const { answer(x, flow, shaft); }
+
+void Drive::answer(const double* x, Flow& flow, Motion as) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
   at.v_s = stator_voltage(at, own);
@@ -222,18 +230,25 @@ void Drive::answer(const double* x, Flow& flow) const {
   for (const auto& slot : effects_.coupling()) slot.effect->coupling(at, own + slot.offset, at.coupling);
   flow.generator = generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.coupling.w_generator, field_V);
   at.generator_Nm = flow.generator.shaft_Nm;
-  at.drag_Nm = 0.0;
+  at.drag_Nm = 0.0, at.motion = as;
   for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
+  if (as == Motion::kResting) at.drag_Nm = at.torque_Nm + load_Nm(at);  // it holds
   flow.dpsi_s = at.v_s - at.R.R_s * at.i.s;
   if (at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(at.i.s);
+}
+
+double Drive::pull_at_rest_Nm(const State& x) const {
+  Drive::Flow now;
+  settle(x.data(), nullptr, now);
+  answer(x.data(), now, Motion::kBySpeed);
+  return now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
 }
 
 void Drive::rates(const double* x, Flow& now, double* dx) const {
   dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
-  const double load = now.at.coupling.rigid ? now.at.generator_Nm : now.at.coupling.torque_on_motor_Nm;
-  const double torque = now.at.torque_Nm + load - now.at.drag_Nm;
-  const bool held = mechanics_.locked || mechanics_.held_speed_rpm;
+  const double torque = now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
+  const bool held = shaft_is_held() || shaft == Motion::kResting;
   dx[kSpeed] = held ? 0.0 : torque / mechanics_.J_kgm2;
   dx[kAngle] = now.at.w_mech;
   dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;

@@ -79,8 +79,13 @@ class Drive {
   double magnetic_J(const Conditions& at, const State& x) const;
   const MagneticCircuit& magnetics() const { return magnetics_; }
   const Generator& generator() const { return generator_; }
+  // What holds a resting shaft, and what pulls at it there, Nm.
+  double break_away_Nm() const { return break_away_Nm_; }
+  double pull_at_rest_Nm(const State& x) const;
+  bool shaft_is_held() const { return mechanics_.locked || mechanics_.held_speed_rpm; }
 
   Terminals terminals;
+  Motion shaft = Motion::kBySpeed;  // decided for a stretch
   double field_V = 0.0;
   double dc_link_V = 0.0;  // for effects
   double cycle_s = 0.0;
@@ -91,6 +96,7 @@ class Drive {
     std::complex<double> along;
   };
   Currents currents(const Conditions& at, const double* own, Memory* memory = nullptr) const;
+  void answer(const double* x, Flow& flow, Motion as) const;
   void rotor_flow(Conditions& at, const double* own) const;
   Losses losses(const Conditions& at, const double* own) const;
   std::complex<double> stator_voltage(const Conditions& at, const double* own) const;
@@ -104,6 +110,7 @@ class Drive {
   EffectSet effects_;
   Resistances base_;
   double n_p_, L_m_;
+  double break_away_Nm_ = 0.0;
 };
 
 }  // namespace imrig::plant

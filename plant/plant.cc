@@ -15,6 +15,7 @@
 #include "plant/plant_config.h"
 #include "plant/powers.h"
 #include "plant/sensors.h"
+#include "plant/sticking_integrator.h"
 #include "plant/switching_inverter.h"
 #include "plant/voltage_filter.h"
 
@@ -82,7 +83,7 @@ struct Plant::Parts {
         clock(1.0 + 1e-6 * c.sensors.clock_ppm),
         sample_s(seconds(c.sample_time_ns) * clock),
         drive(config),
-        integrator(make_integrator(config.integrator, drive)),
+        integrator(with_sticking(make_integrator(config.integrator, drive), drive)),
         freewheel(config.inverter.dc_link_V, drive, *integrator),
         link(config.inverter),
         switching(seconds(carrier_ns(c)) * clock, dead_time_s(c)),

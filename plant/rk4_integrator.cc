@@ -22,7 +22,7 @@ const Drive::Flow& Rk4Integrator::flow(const State& x) {
     drive_.settle(x.data(), memory(), known_flow_);
     std::copy_n(x.begin(), n_, known_.begin());
   } else if (now.v_s == known_terminals_.v_s && now.axis == known_terminals_.axis &&
-             drive_.field_V == known_field_V_) {
+             drive_.field_V == known_field_V_ && drive_.shaft == known_flow_.at.motion) {
     return known_flow_;
   }
   drive_.answer(x.data(), known_flow_);

@@ -42,6 +42,10 @@ struct Coupling {
   double heat_W = 0.0;              // of its damping
 };
 
+// Which way the shaft is taken to move over a stretch, for friction with a jump at rest. By the speed's sign
+// where nobody decides; else fixed over the stretch (plant/sticking_integrator.h).
+enum class Motion { kBySpeed, kForward, kBackward, kResting };
+
 // Heat as it arises, W. Only effects that were asked for it read it (kStates), after everything else is
 // known.
 struct Losses {
@@ -67,6 +71,7 @@ struct Conditions {
   double torque_Nm = 0.0;                        // air gap
   std::complex<double> v_s;                      // V, after applied_voltage()
   Coupling coupling;                             // after coupling()
+  Motion motion = Motion::kBySpeed;
   double generator_Nm =
       0.0;               // the generator's torque on its own shaft, negative where it brakes positive speed
   double drag_Nm = 0.0;  // after drag()
@@ -129,6 +134,8 @@ class Effect {
   virtual void applied_voltage(const Conditions&, const double* /*own*/, std::complex<double>& /*v*/) const {}
   // Adds to the torque that brakes positive speed. It must take energy from the shaft, never give it.
   virtual void drag(const Conditions&, const double* /*own*/, double& /*torque_Nm*/) const {}
+  // Torque up to which it holds a shaft at rest. Its drag() then has the sense of Conditions::motion.
+  virtual double break_away_Nm() const { return 0.0; }
   virtual std::size_t states() const { return 0; }
   virtual void initial(double* /*own*/) const {}
   virtual void derivatives(const Conditions&, const double* /*own*/, double* /*d_own*/) const {}

@@ -1,8 +1,9 @@
 #pragma once
-// A bearing that sticks: the break-away torque T_s falls to the Coulomb torque T_c as the shaft moves,
-//   T = [T_c + (T_s - T_c) exp(-(w/w_s)^2)] w/sqrt(w^2 + w_0^2)     (Stribeck).
-// The falling branch around w_s feeds the stick-slip of an elastic shaft. Within about w_0 of rest the sign
-// is smooth: a stuck shaft creeps at w_0 T/T_s or so. Source: Armstrong-Helouvry, Dupont, Canudas de Wit, A
+// A bearing that sticks. In motion its torque falls from break-away T_s to Coulomb T_c,
+//   T = [T_c + (T_s - T_c) exp(-(w/w_s)^2)] sgn w     (Stribeck);
+// at rest it holds whatever pulls at the shaft, up to T_s: the speed is zero, not small, and the angle stays
+// (plant/sticking_integrator.h). The falling branch around w_s feeds the stick-slip of an elastic shaft. No
+// dwell time, no presliding: a stuck bearing is rigid. Source: Armstrong-Helouvry, Dupont, Canudas de Wit, A
 // survey of models, analysis tools and compensation methods for the control of machines with friction,
 // Automatica 30(7), 1994.
 
@@ -17,7 +18,6 @@ class StickSlip final : public Effect {
   struct Config {
     double break_away_Nm = 0.0, coulomb_Nm = 0.0;
     double stribeck_rad_s = 2.0;  // w_s
-    double width_rad_s = 0.02;    // w_0
   };
 
   explicit StickSlip(const Config& config) : config_(config) {}
@@ -28,16 +28,30 @@ class StickSlip final : public Effect {
   std::vector<Parameter> parameters() const override {
     return {{"break_away_Nm", "Nm", config_.break_away_Nm},
             {"coulomb_Nm", "Nm", config_.coulomb_Nm},
-            {"stribeck_rad_s", "rad/s", config_.stribeck_rad_s},
-            {"width_rad_s", "rad/s", config_.width_rad_s}};
+            {"stribeck_rad_s", "rad/s", config_.stribeck_rad_s}};
   }
+  double break_away_Nm() const override { return config_.break_away_Nm; }
   void drag(const Conditions& at, const double* /*own*/, double& torque_Nm) const override {
-    const double w = at.w_mech, s = w / config_.stribeck_rad_s;
+    const double s = at.w_mech / config_.stribeck_rad_s;
     const double level = config_.coulomb_Nm + (config_.break_away_Nm - config_.coulomb_Nm) * std::exp(-s * s);
-    torque_Nm += level * w / std::sqrt(w * w + config_.width_rad_s * config_.width_rad_s);
+    torque_Nm += level * sense(at);
   }
 
  private:
+  static double sense(const Conditions& at) {
+    switch (at.motion) {
+      case Motion::kForward:
+        return 1.0;
+      case Motion::kBackward:
+        return -1.0;
+      case Motion::kResting:
+        return 0.0;
+      case Motion::kBySpeed:
+        break;
+    }
+    return at.w_mech > 0.0 ? 1.0 : at.w_mech < 0.0 ? -1.0 : 0.0;
+  }
+
   Config config_;
 };
 

@@ -192,50 +192,180 @@ TEST(CouplingTorsion, TurnsASwingIntoHeatOfItsDamping) {
 }
 
 TEST(StickSlip, FallsFromBreakAwayToCoulomb) {
-  const StickSlip bearing({1.0, 0.4, 2.0, 0.02});
-  const auto torque = [&](double w) {
+  const StickSlip bearing({1.0, 0.4, 2.0});
+  const auto torque = [&](double w, Motion motion = Motion::kBySpeed) {
     Conditions at;
-    at.w_mech = w;
+    at.w_mech = w, at.motion = motion;
     double T = 0.0;
     bearing.drag(at, nullptr, T);
     return T;
   };
   EXPECT_EQ(torque(0.0), 0.0);
-  EXPECT_NEAR(torque(0.2), 0.4 + 0.6 * std::exp(-0.01), 0.006);
-  EXPECT_NEAR(torque(2.0), 0.4 + 0.6 * std::exp(-1.0), 1e-4);
-  EXPECT_NEAR(torque(-50.0), -0.4, 1e-6);
+  EXPECT_EQ(torque(0.0, Motion::kResting), 0.0);
+  EXPECT_EQ(torque(0.0, Motion::kForward), 1.0);
+  EXPECT_EQ(torque(0.0, Motion::kBackward), -1.0);
+  EXPECT_NEAR(torque(2.0), 0.4 + 0.6 * std::exp(-1.0), 1e-12);
+  EXPECT_NEAR(torque(-50.0), -0.4, 1e-12);
 }
 
-TEST(StickSlip, HoldsTheShaftBelowBreakAwayAndLetsItGoAbove) {
-  const auto turned = [](double volts) {
-    PlantConfig c = config();
-    c.generator.coupled = false;
-    c.effects = {std::make_shared<StickSlip>(StickSlip::Config{1.0, 0.4, 2.0, 0.02})};
-    Plant plant(c);
-    run(plant, {10.0, volts, 0.5}, 2.0);
-    return plant.state();
-  };
-  const Observed held = turned(6.0);
-  ASSERT_GT(held.torque_Nm, 0.1);
-  ASSERT_LT(held.torque_Nm, 0.9);
-  EXPECT_NEAR(held.w_mech_rad_s, 0.02 * held.torque_Nm / std::sqrt(1.0 - held.torque_Nm * held.torque_Nm),
-              0.02 * held.w_mech_rad_s);
-  EXPECT_GT(turned(20.0).w_mech_rad_s, 20.0);
-}
-
-TEST(StickSlip, StopsACoastingShaftInTheTimeOfItsCoulombTorque) {
+PlantConfig sticking(double break_away_Nm, double coulomb_Nm) {
   PlantConfig c = config();
   c.generator.coupled = false;
-  c.effects = {std::make_shared<StickSlip>(StickSlip::Config{2.0, 2.0, 2.0, 0.02})};
+  c.effects = {std::make_shared<StickSlip>(StickSlip::Config{break_away_Nm, coulomb_Nm, 2.0})};
+  return c;
+}
+
+TEST(StickSlip, HoldsTheShaftStillBelowBreakAwayAndLetsItGoAbove) {
+  for (const auto kind : {IntegratorConfig::Kind::kSundials, IntegratorConfig::Kind::kRk4}) {
+    PlantConfig c = sticking(1.0, 0.4);
+    c.integrator.kind = kind;
+    Plant plant(c);
+    const Supply low{10.0, 6.0, 0.5};
+    while (plant.index() < 33333) {
+      plant.step(low.at(plant));
+      ASSERT_EQ(plant.state().w_mech_rad_s, 0.0);
+      ASSERT_EQ(plant.state().angle_rad, 0.0);
+      ASSERT_EQ(plant.state().drag_Nm, plant.state().torque_Nm);  // the friction holds the balance
+    }
+    ASSERT_GT(plant.state().torque_Nm, 0.1);
+    Plant other(c);
+    run(other, {10.0, 20.0, 0.5}, 2.0);
+    EXPECT_GT(other.state().w_mech_rad_s, 20.0);
+  }
+}
+
+// A sweep like the one that identifies a locked motor, with the shaft free: 5 to 120 Hz, either way round,
+// at the volts that keep its torque below break-away.
+TEST(StickSlip, LetsNoLockedLikeSweepMoveTheShaft) {
+  PlantConfig c = sticking(1.0, 0.5);
+  c.sensors.ideal = false;
   Plant plant(c);
+  const double h = sample_s(plant);
+  const std::int32_t start = plant.step({}).encoder;
+  double phase = 0.0, most_A = 0.0, most_Nm = 0.0;
+  for (double f = 5.0; f <= 120.0; f *= 1.5) {
+    for (const double way : {1.0, -1.0}) {
+      for (int k = 0; k < 12000; ++k) {
+        phase += way * 2.0 * kPi * f * h;
+        const double swell = std::sin(kPi * k / 12000.0);  // in and out
+        const RawSample raw = plant.step(command(std::polar(swell * (2.0 + 0.18 * f), phase)));
+        ASSERT_EQ(plant.state().w_mech_rad_s, 0.0) << f;
+        ASSERT_EQ(plant.state().angle_rad, 0.0) << f;
+        ASSERT_EQ(raw.encoder, start) << f;
+        most_A = std::max(most_A, std::abs(plant.state().i_s));
+        most_Nm = std::max(most_Nm, std::abs(plant.state().torque_Nm));
+      }
+    }
+  }
+  std::printf("locked-like sweep: up to %.2f A and %.3f Nm below 1 Nm of break-away\n", most_A, most_Nm);
+  EXPECT_GT(most_A, 4.0);
+  EXPECT_GT(most_Nm, 0.3);
+}
+
+// Uniform deceleration, then rest: the speed hits zero at w J/T_c and stays there to the last bit.
+TEST(StickSlip, StopsACoastingShaftInTheTimeOfItsCoulombTorqueAndHoldsIt) {
+  for (const auto kind : {IntegratorConfig::Kind::kSundials, IntegratorConfig::Kind::kRk4}) {
+    PlantConfig c = sticking(2.0, 2.0);
+    c.integrator.kind = kind;
+    Plant plant(c);
+    run(plant, {20.0, 60.0, 0.2}, 1.0);
+    hold(plant, {}, 0.01);
+    const double w = plant.state().w_mech_rad_s, stop_s = w * 0.047 / 2.0;
+    const auto start = plant.index();
+    ASSERT_GT(w, 40.0);
+    hold(plant, {}, 0.5);
+    EXPECT_NEAR(plant.state().w_mech_rad_s, w - 2.0 / 0.047 * std::llround(0.5 / 60e-6) * 60e-6, 1e-4);
+    while (plant.state().w_mech_rad_s > 0.0) plant.step({});
+    EXPECT_EQ(plant.state().w_mech_rad_s, 0.0);
+    EXPECT_NEAR(static_cast<double>(plant.index() - start) * 60e-6, stop_s, 1.5 * 60e-6 + 1e-6 * stop_s);
+    const double angle = plant.state().angle_rad;
+    const auto turns = plant.state().turns;
+    for (int k = 0; k < 10000; ++k) {
+      plant.step({});
+      ASSERT_EQ(plant.state().w_mech_rad_s, 0.0);
+    }
+    EXPECT_EQ(plant.state().angle_rad, angle);
+    EXPECT_EQ(plant.state().turns, turns);
+  }
+}
+
+// A torque well above break-away drags the shaft through zero without a rest: one change of sign.
+TEST(StickSlip, LetsAReversalPassThroughRestOnce) {
+  Plant plant(sticking(0.5, 0.4));
   run(plant, {20.0, 60.0, 0.2}, 1.0);
-  hold(plant, {}, 0.01);
-  const double w = plant.state().w_mech_rad_s;
-  ASSERT_GT(w, 40.0);
-  hold(plant, {}, 0.5);
-  EXPECT_NEAR(plant.state().w_mech_rad_s, w - 2.0 / 0.047 * std::llround(0.5 / 60e-6) * 60e-6, 1e-4);
-  hold(plant, {}, 2.0);
-  EXPECT_LT(std::abs(plant.state().w_mech_rad_s), 1e-6);
+  const auto reverse = [&] {
+    const double t = (static_cast<double>(plant.index()) + 0.5) * sample_s(plant);
+    return command(std::polar(60.0, -2.0 * kPi * 20.0 * t));
+  };
+  int changes = 0, resting = 0;
+  double last = plant.state().w_mech_rad_s;
+  ASSERT_GT(last, 50.0);
+  for (int k = 0; k < 15000; ++k) {
+    plant.step(reverse());
+    const double w = plant.state().w_mech_rad_s;
+    changes += w * last < 0.0;
+    resting += w == 0.0;
+    last = w;
+  }
+  EXPECT_LT(last, -50.0);
+  EXPECT_EQ(changes, 1);
+  EXPECT_EQ(resting, 0);
+}
+
+// A field that turns to and fro pulls about as hard as the bearing holds: the shaft rests and slips in turns.
+// It never starts below break-away, never rests above it, and how often it changes does not grow with the
+// number of samples, as chatter would.
+TEST(StickSlip, SticksAndSlipsWithoutChatter) {
+  const auto changes = [](std::int64_t sample_ns) {
+    PlantConfig c = sticking(1.0, 0.8);
+    c.mechanics.J_kgm2 = 0.02;
+    c.sample_time_ns = sample_ns;
+    Plant plant(c);
+    const double h = sample_s(plant);
+    const int n = static_cast<int>(1.2 / h);
+    int count = 0, still = 0;
+    bool moved = false;
+    for (int k = 0; k < n; ++k) {
+      const double phase = 15.0 * std::sin(2.0 * kPi * 2.0 * (k + 0.5) * h);
+      plant.step(command(std::polar(7.0, phase)));
+      const double T = std::abs(plant.state().torque_Nm);
+      const bool moves = plant.state().w_mech_rad_s != 0.0;
+      if (moves && !moved) {
+        EXPECT_GT(T, 1.0 - 1e-9);
+      }
+      if (!moves) {
+        EXPECT_LT(T, 1.0 + 2000.0 * h);  // as much as the torque grows in one sample
+      }
+      count += moves != moved;
+      still += !moves;
+      moved = moves;
+    }
+    std::printf("to and fro, samples of %2.0f us: still %2.0f %% of the time, %d changes\n", 1e6 * h,
+                100.0 * still / n, count);
+    EXPECT_GT(still, n / 5);
+    EXPECT_LT(still, 4 * n / 5);
+    return count;
+  };
+  const int coarse = changes(60'000), fine = changes(10'000);
+  EXPECT_GT(coarse, 20);
+  EXPECT_LE(std::abs(coarse - fine), 6);
+}
+
+TEST(StickSlip, ChangesNothingThatMattersAtATighterTolerance) {
+  const auto run_down = [](double rtol, IntegratorConfig::Kind kind) {
+    PlantConfig c = sticking(1.0, 0.4);
+    c.integrator.rtol = rtol, c.integrator.kind = kind;
+    Plant plant(c);
+    run(plant, {10.0, 14.0, 1.0}, 1.5);
+    run(plant, {10.0, 14.0}, 0.5);
+    return plant.state();
+  };
+  using Kind = IntegratorConfig::Kind;
+  const Observed coarse = run_down(1e-8, Kind::kSundials), fine = run_down(5e-9, Kind::kSundials);
+  const Observed fixed = run_down(1e-8, Kind::kRk4);
+  EXPECT_GT(fine.w_mech_rad_s, 5.0);
+  EXPECT_NEAR(coarse.w_mech_rad_s, fine.w_mech_rad_s, 1e-6);
+  EXPECT_NEAR(fixed.w_mech_rad_s, fine.w_mech_rad_s, 1e-3);
 }
 
 TEST(InterbarCurrent, AddsTheImpedanceOfItsShuntedLeakage) {
