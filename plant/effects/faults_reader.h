@@ -27,7 +27,6 @@ inline std::shared_ptr<const Effect> read_stick_slip(const ConfigReader& table) 
   c.break_away_Nm = table.number_or("break_away_Nm", c.coulomb_Nm, {0.0, 1e3});
   if (c.break_away_Nm < c.coulomb_Nm) table.fail("break_away_Nm", "is below coulomb_Nm", "equal or more");
   c.stribeck_rad_s = table.number_or("stribeck_rad_s", c.stribeck_rad_s, {0.01, 100.0});
-  c.width_rad_s = table.number_or("width_rad_s", c.width_rad_s, {1e-3, 10.0});
   return std::make_shared<StickSlip>(c);
 }
 
