@@ -12,6 +12,7 @@
 #include "estimators/fit/dc_test.h"
 #include "estimators/fit/goodness.h"
 #include "estimators/fit/series_records.h"
+#include "estimators/fit/standstill/standstill_records.h"
 #include "estimators/fit/student_t.h"
 #include "estimators/fit/table_records.h"
 #include "rig/base/error.h"
@@ -24,9 +25,11 @@ constexpr double kSaturationPerFlux =
     0.5 / 0.4765;  // the paper's 0.5 Wb over the flux of its motor at 220 V, 60 Hz
 constexpr double kSpeaksForResistance =
     0.05;  // relative sigma of a record that tells R_s where no DC test did
-constexpr std::array<const char*, 4> kMethods{"auto", "dc", "transient", "points"};
+constexpr std::array<const char*, 5> kMethods{"auto", "dc", "transient", "standstill", "points"};
 
 using Rows = std::vector<std::size_t>;
+
+bool is_standstill(RecordKind kind) { return kind == RecordKind::kStandstill; }
 
 class Identification {
  public:
@@ -44,24 +47,28 @@ class Identification {
 
   IdentifyResult run() {
     const bool all = options_.method == "auto";
-    const Rows dc =
-        options_.method == "points" ? Rows{} : rows([](RecordKind kind) { return kind == RecordKind::kDc; });
-    const Rows series = all || options_.method == "transient" ? rows(is_series_kind) : Rows{};
+    const bool no_dc = options_.method == "points" || options_.method == "standstill";
+    const Rows dc = no_dc ? Rows{} : rows([](RecordKind kind) { return kind == RecordKind::kDc; });
+    const Rows standing = all || options_.method == "standstill" ? rows(is_standstill) : Rows{};
+    Rows series = all || options_.method == "transient" ? rows(is_series_kind) : Rows{};
+    if (all) std::erase_if(series, [&](std::size_t k) { return is_standstill(data_.records[k].kind); });
     const Rows tables = all || options_.method == "points"
                             ? rows([](RecordKind kind) { return kind == RecordKind::kPoints; })
                             : Rows{};
-    const bool something =
-        !series.empty() || !tables.empty() || (options_.method != "transient" && !dc.empty());
+    const bool something = !series.empty() || !tables.empty() || !standing.empty() ||
+                           (options_.method != "transient" && !dc.empty());
     if (!something) {
       throw Error("method \"" + options_.method + "\"",
                   "finds no record it can use in \"" + data_.name + "\"",
                   "imrig info lists the records' kinds");
     }
     measure_resistance(dc);
+    fit_standing(standing);
+    if (!R_s_known()) given_resistance();
     if (!series.empty()) fit_series(series);
     for (const std::size_t k : tables)
       fit_table_record(data_, data_.records[k], R_s_, given_circuit(), options_, result_.records[k]);
-    assemble_model(series, tables);
+    assemble_model(series, tables, standing);
     finish();
     return std::move(result_);
   }
@@ -103,7 +110,7 @@ class Identification {
   void note(const std::string& text) { result_.notes.push_back(text); }
   bool R_s_known() const { return std::isfinite(R_s_); }
 
-  // ---- R_s from direct current, else from the given model
+  // ---- R_s from direct current, else from standstill records, else from the given model
 
   void measure_resistance(const Rows& dc) {
     double stator_C = 0.0;
@@ -126,8 +133,29 @@ class Identification {
     if (found.known()) {
       take_resistance(found, "dc test, ");
       result_.model.R_s_stator_C = with_temperature > 0 ? stator_C / with_temperature : kMissing;
-    } else if (options_.nominal && options_.nominal->R_s.known()) {
-      nominal_resistance(options_.nominal->R_s);
+    }
+  }
+
+  // The dc test's R_s, where there is one, helps the standstill records; they find it where there is none.
+  void fit_standing(const Rows& standing) {
+    std::optional<KnownResistance> known;
+    if (R_s_known()) known = {R_s_, std::hypot(R_s_sigma_ / R_s_, gain_sigma(data_.accuracy))};
+    for (const std::size_t k : standing)
+      fit_standstill_record(data_, data_.records[k], options_, known, result_.records[k]);
+    if (R_s_known()) return leave_resistance_to_dc(standing);
+    const Parameter found = assemble("R_s", results(standing), 0.0, data_.accuracy, result_.notes);
+    if (found.known()) take_resistance(found, "standstill, ");
+  }
+
+  void given_resistance() {
+    if (options_.nominal && options_.nominal->R_s.known()) nominal_resistance(options_.nominal->R_s);
+  }
+
+  void leave_resistance_to_dc(const Rows& standing) {
+    for (RecordResult* row : results(standing)) {
+      if (std::erase(row->used_for, "R_s") > 0)
+        row->parameters["R_s"].left_out = "the dc test tells R_s, and has helped here";
+      if (row->used_for.empty() && row->rejected.empty()) row->rejected = "R_s: the dc test tells it";
     }
   }
 
@@ -218,17 +246,25 @@ class Identification {
 
   // ---- the model
 
-  void assemble_model(const Rows& series, const Rows& tables) {
+  static std::string sources(const std::vector<std::pair<std::string, const Rows*>>& all) {
+    std::string out;
+    for (const auto& [name, which] : all) {
+      if (!which->empty()) out += (out.empty() ? "" : " and ") + name;
+    }
+    return out;
+  }
+
+  void assemble_model(const Rows& series, const Rows& tables, const Rows& standing) {
     Rows both = series;
     both.insert(both.end(), tables.begin(), tables.end());
+    both.insert(both.end(), standing.begin(), standing.end());
+    const std::string from =
+        sources({{"transient", &series}, {"points", &tables}, {"standstill", &standing}});
     for (const auto& base : base_parameters()) {
       if (base.place == &Model::R_s && R_s_known()) continue;
       Parameter found = assemble(base.name, results(both), R_s_sigma_, data_.accuracy, result_.notes);
       if (found.known()) {
-        found.found = std::string(series.empty()   ? "points, "
-                                  : tables.empty() ? "transient, "
-                                                   : "transient and points, ") +
-                      found.found;
+        found.found = from + ", " + found.found;
         result_.model.*base.place = found;
         identified_ = true;
       } else if (!both.empty()) {
@@ -284,7 +320,7 @@ class Identification {
 IdentifyResult identify(const DataSet& data, const IdentifyOptions& options) {
   if (std::find(kMethods.begin(), kMethods.end(), options.method) == kMethods.end()) {
     throw Error("method \"" + options.method + "\"", "is not available",
-                "available are auto, dc, transient and points");
+                "available are auto, dc, transient, standstill and points");
   }
   if (data.pole_pairs < 1) throw Error("data set \"" + data.name + "\"", "has no number of pole pairs");
   return Identification(data, options).run();

@@ -1,11 +1,12 @@
 #pragma once
 // From a data set to a model: which records say what about which parameter, and what follows from all of
 // them. docs/identification.md describes the methods: dc (R_s from direct current), transient (L_m, R_r, L_l
-// by output error, per record), points (phasor circuit fitted to a table of steady points), auto (whatever
-// the records allow). Hold-out records are never fitted.
+// by output error, per record), standstill (all four, current along one axis), points (phasor circuit fitted
+// to a table of steady points), auto (whatever the records allow). Hold-out records are never fitted.
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@
 
 namespace imrig::est {
 
+struct StandstillReport;  // standstill/standstill_records.h
+
 struct Progress {
   std::size_t done = 0;
   std::size_t total = 0;
@@ -22,7 +25,7 @@ struct Progress {
 };
 
 struct IdentifyOptions {
-  std::string method = "auto";   // auto | dc | transient | points
+  std::string method = "auto";   // auto | dc | transient | standstill | points
   std::optional<Model> nominal;  // start and bounds; without it both come from the data
   double max_relative_sigma =
       0.01;  // a record speaks for a parameter when its own relative sigma is below this
@@ -54,6 +57,8 @@ struct RecordResult {
   double f_Hz = kMissing, slip = kMissing, v_peak_V = kMissing, i_peak_A = kMissing;  // mean conditions
   double nrmse = kMissing;         // residual over signal, rms
   double chi2_per_dof = kMissing;  // against the declared noise; NaN without it
+  std::shared_ptr<const StandstillReport>
+      standstill;  // of a standstill record: T circuit, published estimator
 };
 
 struct IdentifyResult {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "estimators/fit/standstill/standstill_json.h"
 #include "estimators/model/convert.h"
 
 namespace imrig::est {
@@ -37,20 +38,22 @@ Json estimate_of(const RecordEstimate& e) {
 Json record_of(const RecordResult& row) {
   Json parameters = Json::object();
   for (const auto& [name, estimate] : row.parameters) parameters[name] = estimate_of(estimate);
-  return {{"id", row.id},
-          {"kind", record_kind_word(row.kind)},
-          {"holdout", row.holdout},
-          {"used_for", row.used_for},
-          {"rejected", text_or_null(row.rejected)},
-          {"parameters", parameters},
-          {"conditions",
-           {{"f_Hz", number(row.f_Hz)},
-            {"slip", number(row.slip)},
-            {"v_V", number(row.v_peak_V)},
-            {"i_A", number(row.i_peak_A)}}},
-          {"nrmse", number(row.nrmse)},
-          {"chi2_per_dof", number(row.chi2_per_dof)},
-          {"notes", row.notes}};
+  Json out{{"id", row.id},
+           {"kind", record_kind_word(row.kind)},
+           {"holdout", row.holdout},
+           {"used_for", row.used_for},
+           {"rejected", text_or_null(row.rejected)},
+           {"parameters", parameters},
+           {"conditions",
+            {{"f_Hz", number(row.f_Hz)},
+             {"slip", number(row.slip)},
+             {"v_V", number(row.v_peak_V)},
+             {"i_A", number(row.i_peak_A)}}},
+           {"nrmse", number(row.nrmse)},
+           {"chi2_per_dof", number(row.chi2_per_dof)},
+           {"notes", row.notes}};
+  if (row.standstill) out["standstill"] = standstill_json(*row.standstill);
+  return out;
 }
 
 }  // namespace

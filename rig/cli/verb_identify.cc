@@ -10,6 +10,8 @@
 #include "estimators/diagnose/compare.h"
 #include "estimators/fit/identify.h"
 #include "estimators/fit/identify_json.h"
+#include "estimators/fit/standstill/standstill_records.h"
+#include "estimators/fit/student_t.h"
 #include "estimators/model/model_file.h"
 #include "rig/base/error.h"
 #include "rig/cli/load_data.h"
@@ -39,6 +41,31 @@ std::size_t used_by(const est::IdentifyResult& result, const std::string& parame
       }));
 }
 
+// The rig's estimate of one standstill record in the T circuit, and the published estimator beside it.
+void print_standstill(const est::RecordResult& record) {
+  const est::StandstillReport& report = *record.standstill;
+  const est::StandstillFit& fit = report.fit;
+  TextTable table({"<" + printable(record.id) + ", T circuit, L_s = L_r", "value", "<95 % interval", "<unit",
+                   "published", "differs_%"});
+  const auto row = [&](const char* name, double value, double sigma, const char* unit, auto published) {
+    const double half = est::kNormal975 * sigma * value;
+    const auto& other = report.published_circuit;
+    table.row({name, shown(value, 5), "[" + shown(value - half, 5) + ", " + shown(value + half, 5) + "]",
+               unit, other ? shown(published(*other), 5) : "-",
+               other ? fmt::format("{:+.1f}", 100.0 * (published(*other) / value - 1.0)) : "-"});
+  };
+  const auto L_s = [](const est::TCircuit& t) { return t.L_ls + t.L_m; };
+  row("R_s", fit.t.R_s, fit.sigma[0], "ohm", [](const est::TCircuit& t) { return t.R_s; });
+  row("R_r", fit.t.R_r, fit.sigma_R_r_t, "ohm", [](const est::TCircuit& t) { return t.R_r; });
+  row("L_s", L_s(fit.t), fit.sigma_L_s, "H", L_s);
+  row("L_m", fit.t.L_m, fit.sigma_L_m_t, "H", [](const est::TCircuit& t) { return t.L_m; });
+  fmt::print(
+      "\n{}published: gradient estimator of Fang, Lin and Wang (2005), from zero over the record's {} s; "
+      "{}\n",
+      table.text(), shown(report.seconds, 3),
+      report.published_circuit ? "it takes minutes to settle" : "its vector is no motor's yet");
+}
+
 void print_text(const est::IdentifyResult& result, const std::string& out) {
   TextTable table({"<parameter", "value", "<95 % interval", "<unit", "records", "<found"});
   for (const auto& base : est::base_parameters()) {
@@ -48,6 +75,9 @@ void print_text(const est::IdentifyResult& result, const std::string& out) {
                std::to_string(used_by(result, base.name)), printable(p.found)});
   }
   fmt::print("{}", table.text());
+  for (const auto& record : result.records) {
+    if (record.standstill && record.rejected.empty()) print_standstill(record);
+  }
   TextTable rejected({"<record not used", "<why"});
   for (const auto& record : result.records) {
     if (!record.rejected.empty()) rejected.row({printable(record.id), printable(record.rejected)});
@@ -106,7 +136,8 @@ void add_identify(CLI::App& app, int& exit_code) {
   verb->add_option("data", options->data, "data-set folders or event logs")->required();
   verb->add_option("--model", options->nominal, "model to start from, for starting values and bounds");
   verb->add_option("--out", options->out, "model file to write")->required();
-  verb->add_option("--method", options->method, "auto, dc, transient or points")->capture_default_str();
+  verb->add_option("--method", options->method, "auto, dc, transient, standstill or points")
+      ->capture_default_str();
   verb->add_flag("--json", options->json, "print JSON");
   verb->callback([options, &exit_code] {
     run(*options);
