@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "estimators/fit/assemble.h"
+#include "estimators/fit/combine.h"
 #include "estimators/fit/data_nominal.h"
 #include "estimators/fit/dc_test.h"
 #include "estimators/fit/goodness.h"
@@ -63,7 +64,7 @@ class Identification {
                   "imrig info lists the records' kinds");
     }
     measure_resistance(dc);
-    fit_standing(standing);
+    fit_standing(dc, standing);
     if (!R_s_known()) given_resistance();
     if (!series.empty()) fit_series(series);
     for (const std::size_t k : tables)
@@ -136,10 +137,24 @@ class Identification {
     }
   }
 
+  // As one measurement among others R_s has the mean's own sigma: a quantile for few records belongs to
+  // intervals.
+  std::optional<DcResistance> resistance_of(const Rows& dc) const {
+    std::vector<Contribution> all;
+    SpaceVector current = 0.0;
+    for (const std::size_t k : dc) {
+      const auto found = result_.records[k].parameters.find("R_s");
+      if (result_.records[k].used_for.empty()) continue;
+      all.push_back({found->second.value, found->second.sigma});
+      for (const SpaceVector& i : data_.records[k].series.i) current += i;
+    }
+    if (all.empty() || !R_s_known()) return std::nullopt;
+    return DcResistance{R_s_, combine(all).sigma / R_s_, std::arg(current)};
+  }
+
   // The dc test's R_s, where there is one, helps the standstill records; they find it where there is none.
-  void fit_standing(const Rows& standing) {
-    std::optional<KnownResistance> known;
-    if (R_s_known()) known = {R_s_, std::hypot(R_s_sigma_ / R_s_, gain_sigma(data_.accuracy))};
+  void fit_standing(const Rows& dc, const Rows& standing) {
+    const auto known = resistance_of(dc);
     for (const std::size_t k : standing)
       fit_standstill_record(data_, data_.records[k], options_, known, result_.records[k]);
     if (R_s_known()) return leave_resistance_to_dc(standing);

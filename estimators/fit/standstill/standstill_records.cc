@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "estimators/fit/assemble.h"
 #include "rig/base/error.h"
 
 namespace imrig::est {
@@ -20,6 +21,11 @@ StandstillFitOptions fit_options(const DataSet& data, const IdentifyOptions& opt
   const Model& m = *options.nominal;
   if (m.R_s.known() && m.R_r.known() && m.L_l.known() && m.L_m.known()) out.nominal = m.machine();
   return out;
+}
+
+KnownResistance seen_along(const DcResistance& dc, double axis_rad, const Accuracy& accuracy) {
+  const double between = std::sqrt(2.0 / 3.0) * std::abs(std::sin(axis_rad - dc.axis_rad));
+  return {dc.value_ohm, std::hypot(dc.relative_sigma, between * gain_sigma(accuracy))};
 }
 
 StandstillReport report_of(const AxisRecord& axis, const StandstillFitOptions& options) {
@@ -55,7 +61,7 @@ void take_estimates(const StandstillFit& fit, const IdentifyOptions& options, Re
 }  // namespace
 
 void fit_standstill_record(const DataSet& data, const Record& record, const IdentifyOptions& options,
-                           const std::optional<KnownResistance>& R_s, RecordResult& row) {
+                           const std::optional<DcResistance>& R_s, RecordResult& row) {
   try {
     const AxisRecord axis = axis_record(record.series, data.pole_pairs);
     if (!axis.failure.empty()) {
@@ -63,7 +69,7 @@ void fit_standstill_record(const DataSet& data, const Record& record, const Iden
       return;
     }
     StandstillFitOptions wanted = fit_options(data, options);
-    wanted.R_s = R_s;
+    if (R_s) wanted.R_s = seen_along(*R_s, axis.angle_rad, data.accuracy);
     const auto report = std::make_shared<StandstillReport>(report_of(axis, wanted));
     const StandstillFit& fit = report->fit;
     row.i_peak_A = std::sqrt(2.0) * fit.current_A;

@@ -19,9 +19,17 @@ struct StandstillReport {
   std::optional<TCircuit> published_circuit;  // nothing where the vector, not converged, is no motor's
 };
 
+// R_s of a dc test along its own axis. Its sigma is that of its noise; between two axes the channels' gains,
+// one sigma g each, differ by sqrt(2/3) |sin(angle between)| g.
+struct DcResistance {
+  double value_ohm = 0.0;
+  double relative_sigma = 0.0;
+  double axis_rad = 0.0;
+};
+
 // Fills the row: parameters R_s, R_r, L_l, L_m, what it was used for or why not, and `standstill`.
 // R_s: from the data set's dc test, if there is one.
 void fit_standstill_record(const DataSet& data, const Record& record, const IdentifyOptions& options,
-                           const std::optional<KnownResistance>& R_s, RecordResult& row);
+                           const std::optional<DcResistance>& R_s, RecordResult& row);
 
 }  // namespace imrig::est
