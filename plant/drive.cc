@@ -21,6 +21,8 @@ Complex solve(double ss, double st, double ts, double tt, Complex right) {
           (ss * right.imag() - ts * right.real()) / determinant};
 }
 
+double stator_leakage(const MachineConfig& machine) { return machine.L_s_H - machine.L_m_H; }
+
 // The machine without the rotor leakage that effects carry in their own states.
 MachineConfig without_carried_leakage(const PlantConfig& config) {
   MachineConfig machine = config.machine;
@@ -41,7 +43,8 @@ MachineConfig without_carried_leakage(const PlantConfig& config) {
 void check_rates(const PlantConfig& config) {
   const double most = config.integrator.kind == IntegratorConfig::Kind::kRk4 ? 2.5 : 25.0;
   for (const auto& effect : config.effects) {
-    if (effect->fastest_rate_per_s() * static_cast<double>(config.sample_time_ns) * 1e-9 <= most) continue;
+    const double rate = effect->settling_rate_per_s(config.machine.R_s_ohm, stator_leakage(config.machine));
+    if (rate * static_cast<double>(config.sample_time_ns) * 1e-9 <= most) continue;
     throw Error("plant " + config.name, "effect " + effect->name() + " settles faster than the sample time",
                 "a shorter sample_time_ns, or slower parameters (a deeper bar)");
   }
@@ -70,7 +73,8 @@ Drive::Drive(const PlantConfig& config)
       effects_(config.effects),
       base_{config.machine.R_s_ohm, config.machine.R_r_ohm, 0.0},
       n_p_(config.machine.pole_pairs),
-      L_m_(config.machine.L_m_H) {
+      L_m_(config.machine.L_m_H),
+      L_ls_(stator_leakage(config.machine)) {
   check_rates(config);
   for (const auto& effect : config.effects) break_away_Nm_ += effect->break_away_Nm();
   if (!magnetics_.linear() &&
@@ -78,6 +82,10 @@ Drive::Drive(const PlantConfig& config)
           1.0) {
     throw Error("plant " + config.name, "the saturated motor settles faster than the sample time",
                 "a shorter sample_time_ns or a higher saturated ratio");
+  }
+  if (!effects_.shunt().empty() && !(L_ls_ > 0.0)) {
+    throw Error("plant " + config.name, "shorted turns need leakage of the stator",
+                "L_s_H above L_m_H in the T circuit, or circuit = \"inverse-gamma\"");
   }
   if (size() > kMaxStates)
     throw Error("plant " + config.name, "its effects have more states than the plant can carry");
@@ -95,6 +103,11 @@ Currents Drive::currents(const Conditions& at, const double* own, Memory* memory
                : memory            ? magnetics_.follow(at.psi_s, at.psi_r, *memory).i
                                    : magnetics_.solve(at.psi_s, at.psi_r).i;
   for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, i);
+  for (const auto& slot : effects_.shunt()) {
+    Shunt branch;
+    slot.effect->shunt(at, own + slot.offset, branch);
+    i.s += branch.i;
+  }
   return i;
 }
 
@@ -122,8 +135,9 @@ void Drive::rotor_flow(Conditions& at, const double* own) const {
 
 Losses Drive::losses(const Conditions& at, const double* own) const {
   Losses heat;
+  const Complex i_s = at.i.s - at.shunt.i;
   heat.stator_copper_W =
-      1.5 * (at.R.R_s * std::norm(at.i.s) + (at.R.R_s_conj * std::conj(at.i.s) * std::conj(at.i.s)).real());
+      1.5 * (at.R.R_s * std::norm(i_s) + (at.R.R_s_conj * std::conj(i_s) * std::conj(i_s)).real());
   heat.rotor_copper_W = 1.5 * (at.drop.R * std::norm(at.i_bar) +
                                (at.drop.R_conj * std::conj(at.i_bar) * std::conj(at.i_bar)).real());
   heat.iron_W = 1.5 * at.R.G_iron * std::norm(at.dpsi_r);
@@ -157,10 +171,21 @@ Drive::Sensitivity Drive::sensitivity(const Conditions& at, const double* own) c
   return {s.real(), t.real(), s.imag(), t.imag(), along};
 }
 
-// The rate of psi_s at which the stator's current does not change.
-Complex Drive::holding_rate(const Conditions& at, const double* own) const {
+// The voltage at which the current at the terminals does not change; with a branch beside the winding that
+// current is the sum of both.
+Complex Drive::holding_voltage(const Conditions& at, const double* own) const {
   const Sensitivity d = sensitivity(at, own);
-  return solve(d.ss, d.st, d.ts, d.tt, -d.along);
+  const Complex drop = stator_drop(at);
+  if (effects_.shunt().empty()) return solve(d.ss, d.st, d.ts, d.tt, -d.along) + drop;
+  const Shunt& s = at.shunt;
+  const Complex from_drop(d.ss * drop.real() + d.st * drop.imag(), d.ts * drop.real() + d.tt * drop.imag());
+  return solve(d.ss + s.xx, d.st + s.xy, d.ts + s.xy, d.tt + s.yy, from_drop - d.along - s.rate);
+}
+
+// Of the winding, without what is beside it.
+Complex Drive::stator_drop(const Conditions& at) const {
+  const Complex i = at.i.s - at.shunt.i;
+  return at.R.R_s * i + at.R.R_s_conj * std::conj(i);
 }
 
 Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
@@ -178,16 +203,20 @@ Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
       // along the axis needs.
       const Sensitivity d = sensitivity(at, own);
       const Complex axis = terminals.axis;
-      const Complex drop = at.R.R_s * at.i.s + at.R.R_s_conj * std::conj(at.i.s);
+      const Shunt& s = at.shunt;
       const auto answer = [&](Complex rate) {
         return dot(axis, {d.ss * rate.real() + d.st * rate.imag(), d.ts * rate.real() + d.tt * rate.imag()});
       };
+      const auto beside = [&](Complex v) {
+        return dot(axis, {s.xx * v.real() + s.xy * v.imag(), s.xy * v.real() + s.yy * v.imag()});
+      };
       const Complex across = terminals.v_s - dot(terminals.v_s, axis) * axis;
-      const double along = -(answer(across - drop) + dot(axis, d.along)) / answer(axis);
+      const double known = answer(across - stator_drop(at)) + beside(across) + dot(axis, d.along + s.rate);
+      const double along = -known / (answer(axis) + beside(axis));
       return across + along * axis;
     }
     case Terminals::Kind::kOpen:
-      return holding_rate(at, own) + at.R.R_s * at.i.s + at.R.R_s_conj * std::conj(at.i.s);
+      return holding_voltage(at, own);
   }
   return 0.0;
 }
@@ -202,7 +231,7 @@ Drive::Flow Drive::flow(const State& x) const {
 void Drive::settle(const double* x, Memory* memory, Flow& flow) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
-  at.n_p = n_p_, at.L_m = L_m_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
+  at.n_p = n_p_, at.L_m = L_m_, at.L_ls = L_ls_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
   at.psi_s = {x[kPsiS], x[kPsiS + 1]};
   at.psi_r = {x[kPsiR], x[kPsiR + 1]};
   at.w_mech = x[kSpeed];
@@ -216,6 +245,8 @@ void Drive::settle(const double* x, Memory* memory, Flow& flow) const {
   if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
   at.R = base_;
   for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
+  at.shunt = {};
+  for (const auto& slot : effects_.shunt()) slot.effect->shunt(at, own + slot.offset, at.shunt);
   rotor_flow(at, own);
 }
 
@@ -233,8 +264,9 @@ void Drive::answer(const double* x, Flow& flow, Motion as) const {
   at.drag_Nm = 0.0, at.motion = as;
   for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
   if (as == Motion::kResting) at.drag_Nm = at.torque_Nm + load_Nm(at);  // it holds
-  flow.dpsi_s = at.v_s - at.R.R_s * at.i.s;
-  if (at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(at.i.s);
+  const Complex i_s = at.i.s - at.shunt.i;
+  flow.dpsi_s = at.v_s - at.R.R_s * i_s;
+  if (at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(i_s);
 }
 
 double Drive::pull_at_rest_Nm(const State& x) const {
@@ -269,7 +301,7 @@ void Drive::rates(const double* x, Flow& now, double* dx) const {
 
 Complex Drive::stator_current(const State& x) const {
   Conditions at;
-  at.n_p = n_p_, at.L_m = L_m_;
+  at.n_p = n_p_, at.L_m = L_m_, at.L_ls = L_ls_;
   at.psi_s = {x[kPsiS], x[kPsiS + 1]};
   at.psi_r = {x[kPsiR], x[kPsiR + 1]};
   at.w_mech = x[kSpeed], at.angle = x[kAngle];
@@ -280,7 +312,7 @@ void Drive::set_stator_current(State& x, Complex i_s) const {
   // One step is exact in the linear circuit; Newton's method needs a few where an effect bends it.
   for (int round = 0; round < (effects_.currents().empty() && magnetics_.linear() ? 1 : 8); ++round) {
     Conditions at;
-    at.n_p = n_p_, at.L_m = L_m_;
+    at.n_p = n_p_, at.L_m = L_m_, at.L_ls = L_ls_;
     at.psi_s = {x[kPsiS], x[kPsiS + 1]};
     at.psi_r = {x[kPsiR], x[kPsiR + 1]};
     at.w_mech = x[kSpeed], at.angle = x[kAngle];
@@ -292,8 +324,9 @@ void Drive::set_stator_current(State& x, Complex i_s) const {
 }
 
 double Drive::magnetic_J(const Conditions& at, const State& x) const {
-  // Of the circuit alone: effects that bend its currents add their own part.
-  const Currents i = effects_.currents().empty() ? at.i : circuit_.currents(at.psi_s, at.psi_r);
+  // Of the circuit alone: effects that bend its currents, or stand beside it, add their own part.
+  const bool alone = effects_.currents().empty() && effects_.shunt().empty();
+  const Currents i = alone ? at.i : circuit_.currents(at.psi_s, at.psi_r);
   double stored_J = magnetics_.linear() ? 0.5 * (power_W(at.psi_s, i.s) + power_W(at.psi_r, i.r))
                                         : magnetics_.energy_J(at.psi_s, at.psi_r);
   for (const auto& slot : effects_.energy()) slot.effect->energy(at, own(x, slot), stored_J);

@@ -100,7 +100,8 @@ class Drive {
   void rotor_flow(Conditions& at, const double* own) const;
   Losses losses(const Conditions& at, const double* own) const;
   std::complex<double> stator_voltage(const Conditions& at, const double* own) const;
-  std::complex<double> holding_rate(const Conditions& at, const double* own) const;
+  std::complex<double> holding_voltage(const Conditions& at, const double* own) const;
+  std::complex<double> stator_drop(const Conditions& at) const;
   Sensitivity sensitivity(const Conditions& at, const double* own) const;
 
   TCircuit circuit_;
@@ -109,7 +110,7 @@ class Drive {
   MechanicsConfig mechanics_;
   EffectSet effects_;
   Resistances base_;
-  double n_p_, L_m_;
+  double n_p_, L_m_, L_ls_;
   double break_away_Nm_ = 0.0;
 };
 

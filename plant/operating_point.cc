@@ -52,12 +52,13 @@ PlantConfig held(const PlantConfig& config, const PointRequest& request) {
 
 // Means over a window; space vectors in the frame of the voltage.
 struct Means {
-  Complex i_s, i_r, i_bar, psi_s, psi_r;
+  Complex i_s, i_w, i_r, i_bar, psi_s, psi_r;  // i_w: in the winding, without what is beside it
   double torque_Nm = 0.0, drag_Nm = 0.0, in_W = 0.0, R_s = 0.0, R_bar = 0.0, G_iron = 0.0;
   Losses losses;
 
   void add(const Conditions& at, const Losses& heat, Complex back, double weight) {
     const Complex f = back * weight;
+    i_w += f * (at.i.s - at.shunt.i);
     i_s += f * at.i.s, i_r += f * at.i.r, i_bar += f * at.i_bar, psi_s += f * at.psi_s, psi_r += f * at.psi_r;
     torque_Nm += weight * at.torque_Nm, drag_Nm += weight * at.drag_Nm;
     in_W += weight * power_W(at.v_s, at.i.s);
@@ -82,7 +83,9 @@ class Run {
     const double period_s = 1.0 / request.f_Hz;
     double longest_step_s = static_cast<double>(config.sample_time_ns) * 1e-9;
     for (const auto& effect : config.effects) {  // within what the formula follows
-      longest_step_s = std::min(longest_step_s, 2.0 / effect->fastest_rate_per_s());
+      longest_step_s = std::min(
+          longest_step_s, 2.0 / effect->settling_rate_per_s(config.machine.R_s_ohm,
+                                                            config.machine.L_s_H - config.machine.L_m_H));
     }
     steps_ = std::ceil(period_s / longest_step_s);
     h_ = period_s / steps_;
@@ -193,13 +196,14 @@ double ratio(Complex psi, Complex i, double without_current) {
   return std::norm(i) > 0.0 ? (psi * std::conj(i)).real() / std::norm(i) : without_current;
 }
 
-void secant(const Drive& drive, const Means& at, const Means& rotor, double w_probe, OperatingPoint& p) {
+void secant(const Drive& drive, const Means& at, Complex i_w, const Means& rotor, double w_probe,
+            OperatingPoint& p) {
   const MachineConfig& m = drive.magnetics().machine();
   const double leak_s = m.L_s_H - m.L_m_H, leak_r = m.L_r_H - m.L_m_H;
   p.psi_m =
-      drive.magnetics().linear() ? p.psi_s - leak_s * p.i_s : drive.magnetics().solve(p.psi_s, p.psi_r).psi_m;
-  p.L_m_H = ratio(p.psi_m, p.i_s + p.i_r, m.L_m_H);
-  p.L_ls_H = ratio(p.psi_s - p.psi_m, p.i_s, leak_s);
+      drive.magnetics().linear() ? p.psi_s - leak_s * i_w : drive.magnetics().solve(p.psi_s, p.psi_r).psi_m;
+  p.L_m_H = ratio(p.psi_m, i_w + p.i_r, m.L_m_H);
+  p.L_ls_H = ratio(p.psi_s - p.psi_m, i_w, leak_s);
   p.L_lr_H = answers(at) ? ratio(p.psi_r - p.psi_m, p.i_r, leak_r) : leak_r;
   const Complex Z = Complex(0.0, -w_probe) * rotor.psi_r / rotor.i_bar;
   p.R_s_ohm = at.R_s, p.R_r_ohm = Z.real(), p.L_x_H = Z.imag() / w_probe;
@@ -284,7 +288,7 @@ OperatingPoint find_operating_point(const PlantConfig& config, const PointReques
   // Without current the rotor does not say what its resistance is: asked at a slip close by.
   const bool silent = !answers(at);
   const double near = silent ? kProbeSlip : slip;
-  secant(run.drive(), at, silent ? run.at_slip(near) : at, near * w, p);
+  secant(run.drive(), at, back * at.i_w, silent ? run.at_slip(near) : at, near * w, p);
   incremental(run.drive().magnetics(), p);
   return p;
 }

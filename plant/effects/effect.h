@@ -25,6 +25,14 @@ struct Resistances {
   std::complex<double> R_s_conj = 0.0;  // ohm, stator asymmetry: the drop is R_s i_s + R_s_conj conj(i_s)
 };
 
+// A branch at the stator's terminals, beside the winding: its current, and how fast that changes,
+// rate + (xx, xy; xy, yy) v_s.
+struct Shunt {
+  std::complex<double> i = 0.0;         // A
+  std::complex<double> rate = 0.0;      // A/s, without voltage
+  double xx = 0.0, xy = 0.0, yy = 0.0;  // 1/H
+};
+
 // Voltage along the rotor's bars as it answers their current: R i_bar + R_conj conj(i_bar) + v_0, stator
 // frame. Ladders keep their inner currents in v_0; an asymmetric cage has its second harmonic of the rotor's
 // angle in R_conj.
@@ -56,7 +64,7 @@ struct Losses {
 // own place.
 struct Conditions {
   double n_p = 1.0;                   // pole pairs of the motor
-  double L_m = 0.0;  // H, T circuit, the file's
+  double L_m = 0.0, L_ls = 0.0;       // H, T circuit, the file's
   double dc_link_V = 0.0;             // as it is over this stretch
   double cycle_s = 0.0;               // of an averaged inverter; 0 where every switching instant is followed
   std::complex<double> psi_s, psi_r;  // Wb, stator frame, T circuit
@@ -66,6 +74,7 @@ struct Conditions {
   Temperatures temperature;                      // after temperatures()
   Currents i;                                    // after currents()
   Resistances R;                                 // after resistances()
+  Shunt shunt;                                   // after shunt(); its current is in i.s, not in the winding
   RotorDrop drop;                                // after rotor_drop()
   std::complex<double> dpsi_r, i_bar;            // V; A, rotor current without the iron's part
   double torque_Nm = 0.0;                        // air gap
@@ -116,7 +125,8 @@ class Effect {
     kRotorDrop = 128,
     kCoupling = 256,
     kLosses = 512,
-    kEnergy = 1024
+    kEnergy = 1024,
+    kShunt = 2048
   };
 
   virtual ~Effect() = default;
@@ -147,7 +157,12 @@ class Effect {
   virtual double rotor_leakage_H(double /*R_r_nominal*/) const { return 0.0; }
   // Bound on how fast its own states settle, 1/s; must not exceed what a fixed step follows.
   virtual double fastest_rate_per_s() const { return 0.0; }
+  // The same where it depends on the motor's R_s and stator leakage (T circuit).
+  virtual double settling_rate_per_s(double /*R_s_ohm*/, double /*L_ls_H*/) const {
+    return fastest_rate_per_s();
+  }
   virtual void coupling(const Conditions&, const double* /*own*/, Coupling&) const {}
+  virtual void shunt(const Conditions&, const double* /*own*/, Shunt&) const {}
   virtual void losses(const Conditions&, const double* /*own*/, Losses&) const {}
   // Adds what this effect stores, or corrects the linear circuit's magnetic energy: J.
   virtual void energy(const Conditions&, const double* /*own*/, double& /*stored_J*/) const {}

@@ -39,9 +39,10 @@ class EffectSet {
   const std::vector<Slot>& coupling() const { return by_hook_[8]; }
   const std::vector<Slot>& losses() const { return by_hook_[9]; }
   const std::vector<Slot>& energy() const { return by_hook_[10]; }
+  const std::vector<Slot>& shunt() const { return by_hook_[11]; }
 
  private:
-  static constexpr std::size_t kHooks = 11;
+  static constexpr std::size_t kHooks = 12;
   std::vector<std::shared_ptr<const Effect>> owned_;
   std::vector<Slot> by_hook_[kHooks];
   std::size_t states_ = 0;

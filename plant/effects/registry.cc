@@ -8,6 +8,7 @@
 #include "plant/effects/rotor_skin_effect_reader.h"
 #include "plant/effects/saturation_reader.h"
 #include "plant/effects/sensors_reader.h"
+#include "plant/effects/shorted_turns_reader.h"
 #include "plant/effects/stator_unbalance_reader.h"
 #include "plant/effects/supply_unbalance_reader.h"
 #include "plant/effects/thermal_reader.h"
@@ -52,6 +53,8 @@ const std::vector<EffectEntry>& effect_registry() {
        read_inverter_dead_time, "", "dead_time_s = 4e-6\ndrop_V = 1.5\ndrop_ohm = 0.05"},
       {"stator_unbalance", "the phases of the stator's winding differ in resistance", read_stator_unbalance, "",
        "extra_a = 0.5"},
+      {"shorted_turns", "turns of one stator phase are shorted, and a current circulates in them", read_shorted_turns,
+       "", "share_a = 0.1\nfault_ohm = 0.02"},
       {"broken_bar", "broken bars make the cage's resistance asymmetric, and turn with it", read_broken_bar, "",
        "bars = 28\nbroken = 2"},
       {"rotor_skin_effect", "the rotor's current crowds to the top of deep bars as the slip frequency rises",

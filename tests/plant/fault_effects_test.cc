@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "plant/effects/broken_bar.h"
+#include "plant/effects/shorted_turns.h"
 #include "plant/effects/stator_unbalance.h"
 #include "plant/effects/supply_unbalance.h"
+#include "plant/powers.h"
 #include "tests/plant/spectrum.h"
 
 namespace imrig::plant {
@@ -137,6 +139,123 @@ TEST(StatorUnbalance, IsEachPhasesOwnResistanceUnderDirectCurrent) {
   hold(plant, command(4.0), 8.0);
   // Phase a with 1.5 R_s in series with b and c in parallel: of u_a - u_b = 6 V.
   EXPECT_NEAR(plant.state().i_s.real(), 6.0 / (2.0 * kRs), 1e-3);
+}
+
+// The winding coil by coil, as phasors: phase a in two parts of which the second is closed by R_f, phases b
+// and c whole, star point free. Each coil has its turns' share of resistance and leakage and sees the air
+// gap, which answers each sequence of the ampere-turns with rotor and magnetizing inductance.
+struct CoilByCoil {
+  Complex positive, negative, fault;
+  double copper_W;
+};
+
+CoilByCoil coil_by_coil(double mu, double R_f, double V) {
+  const double L_ls = kL - kM;
+  const Complex Z_p = motor_impedance(0.0, kW, kSlip) - kJ * kW * L_ls;
+  const Complex Z_n = motor_impedance(0.0, kW, 2.0 - kSlip) - kJ * kW * L_ls;
+  const Complex turn = std::polar(1.0, 2.0 * kPi / 3.0), z = kRs + kJ * kW * L_ls;
+  const double share[4] = {1.0 - mu, mu, 1.0, 1.0};  // coils a1, a2, b, c
+  const Complex axis[4] = {1.0, 1.0, turn, turn * turn};
+  // Coil currents from the unknowns i_a, i_b, i_c, i_f.
+  const double from[4][4] = {{1, 0, 0, 0}, {1, 0, 0, -1}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+  // Voltage over coil k per unknown j.
+  const auto over = [&](int k, int j) {
+    Complex P = 0.0, N = 0.0;
+    for (int c = 0; c < 4; ++c) {
+      P += share[c] * axis[c] * from[c][j] / 3.0;
+      N += share[c] * std::conj(axis[c]) * from[c][j] / 3.0;
+    }
+    return share[k] * (z * from[k][j] + Z_p * P * std::conj(axis[k]) + Z_n * N * axis[k]);
+  };
+  Complex A[5][6] = {};  // unknowns i_a, i_b, i_c, i_f, star point
+  for (int j = 0; j < 4; ++j) {
+    A[0][j] = over(0, j) + over(1, j);
+    A[1][j] = over(2, j);
+    A[2][j] = over(3, j);
+    A[3][j] = over(1, j) - (j == 3 ? R_f : 0.0);
+  }
+  for (int k = 0; k < 3; ++k) {
+    A[k][4] = 1.0;
+    A[k][5] = V * std::conj(axis[k + 1]);
+    A[4][k] = 1.0;
+  }
+  for (int p = 0; p < 5; ++p) {
+    int best = p;
+    for (int r = p; r < 5; ++r) best = std::abs(A[r][p]) > std::abs(A[best][p]) ? r : best;
+    std::swap(A[p], A[best]);
+    for (int r = 0; r < 5; ++r) {
+      const Complex f = r == p ? 0.0 : A[r][p] / A[p][p];
+      for (int c = p; c < 6; ++c) A[r][c] -= f * A[p][c];
+    }
+  }
+  Complex i[4];
+  for (int k = 0; k < 4; ++k) i[k] = A[k][5] / A[k][k];
+  const double phases_W =
+      (1.0 - mu) * std::norm(i[0]) + mu * std::norm(i[0] - i[3]) + std::norm(i[1]) + std::norm(i[2]);
+  return {(i[0] + turn * i[1] + turn * turn * i[2]) / 3.0,
+          std::conj(i[0] + turn * turn * i[1] + turn * i[2]) / 3.0, i[3],
+          0.5 * (kRs * phases_W + R_f * std::norm(i[3]))};
+}
+
+TEST(ShortedTurns, DrawsAndBurnsWhatTheWindingCoilByCoilDoes) {
+  for (const auto& [mu, R_f] : {std::pair{0.02, 0.05}, {0.1, 0.02}, {0.4, 0.0}}) {
+    PlantConfig c = held_speed(kRpm);
+    c.effects = {std::make_shared<ShortedTurns>(ShortedTurns::Config{{mu, 0.0, 0.0}, R_f})};
+    Plant plant(c);
+    run(plant, kLine, 4.0);
+    Line base(kF, 60e-6, kWindow), negative(-kF, 60e-6, kWindow);
+    double copper_W = 0.0;
+    for (int k = 0; k < kWindow; ++k) {
+      plant.step(kLine.at(plant));
+      base.add(plant.state().i_s), negative.add(plant.state().i_s);
+      copper_W += plant.powers().stator_copper_W / kWindow;
+    }
+    const CoilByCoil expected = coil_by_coil(mu, R_f, kLine.fundamental_V(plant));
+    std::printf(
+        "%.0f %% of the turns shorted: %.1f A circulate, %.3f A negative sequence, %.0f W in the winding\n",
+        100.0 * mu, std::abs(expected.fault), negative.amplitude(), copper_W);
+    EXPECT_NEAR(base.amplitude(), std::abs(expected.positive), 1e-4 * base.amplitude());
+    EXPECT_NEAR(negative.amplitude(), std::abs(expected.negative), 1e-3 * negative.amplitude());
+    EXPECT_NEAR(copper_W, expected.copper_W, 1e-3 * copper_W);
+    EXPECT_GT(std::abs(expected.fault), 15.0);
+  }
+}
+
+// Direct current sees resistors alone: a phase of which a part is bridged.
+TEST(ShortedTurns, AreABridgedResistorUnderDirectCurrent) {
+  const double mu = 0.2, R_f = 0.1;
+  for (const std::size_t phase : {0u, 1u, 2u}) {
+    PlantConfig c = held_speed(0.0);
+    ShortedTurns::Config fault{{}, R_f};
+    fault.share[phase] = mu;
+    c.effects = {std::make_shared<ShortedTurns>(fault)};
+    Plant plant(c);
+    hold(plant, command(std::polar(4.0, 2.0 * kPi / 3.0 * static_cast<double>(phase))), 8.0);
+    const double bridged = (1.0 - mu) * kRs + mu * kRs * R_f / (mu * kRs + R_f);
+    EXPECT_NEAR(phases(plant.state().i_s)[phase], 6.0 / (bridged + 0.5 * kRs), 1e-3) << phase;
+  }
+}
+
+// With the gates off the terminals carry nothing, while the coil's current goes on until its own resistance
+// has burnt what was stored.
+TEST(ShortedTurns, GoOnCirculatingBehindOpenTerminals) {
+  PlantConfig c = held_speed(kRpm);
+  c.effects = {std::make_shared<ShortedTurns>(ShortedTurns::Config{{0.0, 0.1, 0.0}, 0.0})};
+  Plant plant(c);
+  run(plant, kLine, 1.0);
+  hold(plant, {}, 0.02);
+  double heat_J = 0.0, last_W = plant.powers().stator_copper_W, at_once_W = last_W;
+  for (int k = 0; k < 3000; ++k) {
+    plant.step({});
+    ASSERT_LT(std::abs(plant.state().i_s), 1e-8);
+    const double now_W = plant.powers().stator_copper_W;
+    heat_J += 0.5 * 60e-6 * (now_W + last_W);
+    last_W = now_W;
+  }
+  EXPECT_GT(at_once_W, 10.0);  // the turning rotor's flux drives it
+  EXPECT_GT(heat_J, 0.5);
+  hold(plant, {}, 4.0);
+  EXPECT_LT(plant.powers().stator_copper_W, 1e-3);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "plant/effects/friction.h"
 #include "plant/effects/leakage_saturation.h"
 #include "plant/effects/magnetizing_saturation.h"
+#include "plant/effects/shorted_turns.h"
 #include "rig/base/error.h"
 #include "tests/plant/bench.h"
 
@@ -54,6 +55,19 @@ TEST(OperatingPoint, IsTheBaseMachineWhereThereIsNoEffect) {
     EXPECT_FALSE(p.R_c_ohm);
     expect_its_own_current(p, 1e-6);
   }
+}
+
+// The healthy winding's parameters, whatever circulates beside it; the terminals show the more.
+TEST(OperatingPoint, TellsTheWindingApartFromShortedTurnsBesideIt) {
+  PlantConfig c = config();
+  c.effects = {std::make_shared<ShortedTurns>(ShortedTurns::Config{{0.05, 0.0, 0.0}, 0.01})};
+  const PointRequest at{60.0, 180.0, 0.03, {}, {}, {}};
+  const OperatingPoint p = find_operating_point(c, at), healthy = find_operating_point(config(), at);
+  EXPECT_NEAR(p.secant.R_r_ohm, kRr, 1e-5 * kRr);
+  EXPECT_NEAR(p.secant.L_l_H, kLl, 1e-4 * kLl);
+  EXPECT_NEAR(p.secant.L_m_H, kLm, 1e-5 * kLm);
+  EXPECT_GT(std::abs(p.i_s), std::abs(healthy.i_s) + 0.5);
+  EXPECT_GT(p.losses.stator_copper_W, 1.5 * healthy.losses.stator_copper_W);
 }
 
 // Iron across the rotor's flux, a cage and a winding that follow temperature, a rotor whose answer to its
