@@ -13,13 +13,13 @@ constexpr std::uint64_t kNoiseStream = 0x9e3779b97f4a7c15ull;
 constexpr std::uint64_t kMissingStream = 0xbf58476d1ce4e5b9ull;
 constexpr std::int64_t kMostPerSample = 1 << 20;  // lines
 
-SensorScale scale_of(const SensorsConfig& config) {
+}  // namespace
+
+SensorScale sensor_scale(const SensorsConfig& config) {
   const int full_scale = 1 << ((config.ideal ? 16 : config.adc_bits) - 1);
   return {config.current_range_A / full_scale, config.voltage_range_V / full_scale, config.voltage_filter_s,
           full_scale, config.encoder_counts_per_rev};
 }
-
-}  // namespace
 
 SensorErrors draw_sensor_errors(const SensorsConfig& config, std::uint64_t seed) {
   SensorErrors errors;
@@ -36,7 +36,7 @@ SensorErrors draw_sensor_errors(const SensorsConfig& config, std::uint64_t seed)
 
 Sensors::Sensors(const SensorsConfig& config, std::uint64_t seed)
     : config_(config),
-      scale_(scale_of(config)),
+      scale_(sensor_scale(config)),
       errors_(draw_sensor_errors(config, seed)),
       noise_(seed ^ kNoiseStream),
       missing_(seed ^ kMissingStream) {

@@ -20,6 +20,8 @@ struct SensorErrors {
   std::array<double, 3> current_offset_counts{}, voltage_offset_counts{};
 };
 
+SensorScale sensor_scale(const SensorsConfig& config);
+
 // What this seed draws; all zero for ideal sensors.
 SensorErrors draw_sensor_errors(const SensorsConfig& config, std::uint64_t seed);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "plant/effects/effect.h"
@@ -32,14 +33,65 @@ Json generator_json(const GeneratorConfig& g) {
           {"windage", quantity(g.windage_Nms2, "Nm s^2/rad^2")}};
 }
 
+double effect_parameter(const PlantConfig& config, const std::string& effect, const std::string& parameter) {
+  for (const auto& e : config.effects) {
+    if (e->name() != effect) continue;
+    for (const auto& p : e->parameters()) {
+      if (p.name == parameter) return p.value;
+    }
+  }
+  return 0.0;
+}
+
+// What a fit with the commanded voltages finds between command and terminals, per phase against its current.
+Json inverter_json(const PlantConfig& c) {
+  const InverterConfig& v = c.inverter;
+  const auto part = [&](const char* name) { return effect_parameter(c, "inverter_dead_time", name); };
+  const bool switching = v.kind == InverterConfig::Kind::kSwitching;
+  const double cycle_s =
+      1e-9 * static_cast<double>(switching && v.carrier_ns > 0 ? v.carrier_ns : c.pwm_time_ns);
+  return {{"kind", switching ? "switching" : "averaged"},
+          {"dc_link", quantity(v.dc_link_V, "V")},
+          {"cycle", quantity(cycle_s, "s")},
+          {"dead_time_voltage", quantity(v.dc_link_V * part("dead_time_s") / cycle_s, "V")},
+          {"device_drop", quantity(part("drop_V"), "V")},
+          {"device_resistance", quantity(part("drop_ohm"), "ohm")},
+          {"source_resistance", quantity(v.source_ohm, "ohm")}};
+}
+
+// The three channels from the physical value to the reading, drawn and stated errors together: reading =
+// (1 + gain_error) x + offset for values that sum to zero, where cross-talk is a gain.
+Json channels_json(const PlantConfig& c, const std::string& effect, const std::array<double, 3>& drawn_gain,
+                   const std::array<double, 3>& drawn_offset_counts, double per_count, const char* unit) {
+  Json gains = Json::object(), offsets = Json::object();
+  const double crosstalk = effect_parameter(c, effect, "crosstalk");
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::string phase(1, "abc"[k]);
+    const double gain = (1.0 + effect_parameter(c, effect, "gain_" + phase)) * (1.0 - crosstalk);
+    const double offset = effect_parameter(c, effect, "offset_" + phase);
+    gains[phase] = quantity((1.0 + drawn_gain[k]) * gain - 1.0, "1");
+    offsets[phase] = quantity((1.0 + drawn_gain[k]) * offset + drawn_offset_counts[k] * per_count, unit);
+  }
+  return {{"gain_error", gains}, {"offset", offsets}};
+}
+
 Json sensors_json(const PlantConfig& config) {
   const SensorErrors errors = draw_sensor_errors(config.sensors, config.seed);
+  const SensorScale scale = sensor_scale(config.sensors);
   const bool ideal = config.sensors.ideal;
   Json gain_i = Json::array(), gain_v = Json::array();
   for (std::size_t k = 0; k < 3; ++k) {
     gain_i.push_back(1.0 + errors.current_gain[k]);
     gain_v.push_back(1.0 + errors.voltage_gain[k]);
   }
+  Json current = channels_json(config, "current_sensors", errors.current_gain, errors.current_offset_counts,
+                               scale.current_A_per_count, "A");
+  current["lag"] = quantity(effect_parameter(config, "current_sensors", "lag_s") +
+                                effect_parameter(config, "current_sensors", "delay_s"),
+                            "s");
+  Json voltage = channels_json(config, "voltage_sensors", errors.voltage_gain, errors.voltage_offset_counts,
+                               scale.voltage_V_per_count, "V");
+  voltage["lag"] = quantity(config.sensors.voltage_filter_s, "s");
   return {{"seed", config.seed},
           {"ideal", ideal},
           {"current_gain", gain_i},
@@ -49,6 +101,11 @@ Json sensors_json(const PlantConfig& config) {
           {"current_noise", quantity(ideal ? 0.0 : config.sensors.current_noise_A, "A")},
           {"voltage_noise", quantity(ideal ? 0.0 : config.sensors.voltage_noise_V, "V")},
           {"voltage_filter", quantity(config.sensors.voltage_filter_s, "s")},
+          {"current", current},
+          {"voltage", voltage},
+          {"clock_error", quantity(1e-6 * config.sensors.clock_ppm, "1")},
+          {"torque_gain", quantity(config.sensors.torque_gain, "1")},
+          {"torque_offset", quantity(config.sensors.torque_offset_Nm, "Nm")},
           {"adc_bits", ideal ? 16 : config.sensors.adc_bits},
           {"encoder_counts_per_rev", config.sensors.encoder_counts_per_rev}};
 }
@@ -83,6 +140,7 @@ Json truth(const PlantConfig& config) {
           {"mechanics", {{"J", quantity(config.mechanics.J_kgm2, "kg m^2")}}},
           {"effects", effects_json(config)},
           {"generator", generator_json(config.generator)},
+          {"inverter", inverter_json(config)},
           {"sensors", sensors_json(config)}};
 }
 
