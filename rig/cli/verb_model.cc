@@ -1,4 +1,5 @@
-// imrig model show M: a model file for people and programs, beside the emulator's truth where there is one.
+// imrig model show M: a model file for people and programs, beside the emulator's truth where there is one. convert and
+// export: model_circuits.h.
 
 #include <fmt/format.h>
 
@@ -10,6 +11,7 @@
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 #include "rig/cli/json_number.h"
+#include "rig/cli/model_circuits.h"
 #include "rig/cli/text_table.h"
 #include "rig/cli/verbs.h"
 
@@ -182,6 +184,8 @@ void add_model(CLI::App& app, int& exit_code) {
     run(*options);
     exit_code = 0;
   });
+  add_model_convert(*verb, exit_code);
+  add_model_export(*verb, exit_code);
 }
 
 }  // namespace imrig
