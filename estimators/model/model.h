@@ -39,6 +39,13 @@ struct Ratings {
 // An active effect with its parameters by name. The library of effects gives the names their meaning.
 struct ActiveEffect {
   std::string name;
+  std::string form;  // one of those the effect has; empty: its plainest
+  std::map<std::string, Parameter> parameters;
+};
+
+// A parameter mapped to operating conditions; map_forms.h says which there are and what their parameters mean.
+struct ParameterMap {
+  std::string name;
   std::map<std::string, Parameter> parameters;
 };
 
@@ -62,6 +69,7 @@ struct Model {
   Parameter R_s, R_r, L_l, L_m;
   double R_s_stator_C = kMissing;  // winding temperature that R_s belongs to
   std::vector<ActiveEffect> effects;
+  std::vector<ParameterMap> maps;  // beside the base parameters, not instead of them
   std::vector<Revision> history;
 
   // The four base values. Throws Error when one is not known.

@@ -35,7 +35,8 @@ double gain_of(const FrameRecord& frame, std::size_t by) {
 
 void thin(DrivenRecord& record) {
   FrameRecord& frame = record.frame;
-  const auto most = static_cast<std::size_t>(std::max(1.0, std::floor(kThinnedTime_s / frame.sample_time_s + 1e-9)));
+  const auto most =
+      static_cast<std::size_t>(std::max(1.0, std::floor(kThinnedTime_s / frame.sample_time_s + 1e-9)));
   const std::size_t by = std::min(most, std::max<std::size_t>(1, (frame.size() - frame.judged_from) / 64));
   record.mean_gain = gain_of(frame, by);
   if (by == 1) return;
@@ -55,7 +56,8 @@ void add_voltage_rate(DrivenRecord& record) {
   record.voltage_rate.resize(v.size());
   for (std::size_t k = 0; k < v.size(); ++k) {
     const std::size_t before = k == 0 ? 0 : k - 1, after = std::min(k + 1, v.size() - 1);
-    const Complex slope = after == before ? Complex(0.0) : (v[after] - v[before]) / (h * static_cast<double>(after - before));
+    const Complex slope =
+        after == before ? Complex(0.0) : (v[after] - v[before]) / (h * static_cast<double>(after - before));
     record.voltage_rate[k] = slope + Complex(0.0, record.frame.w_k) * v[k];
   }
 }
@@ -66,7 +68,8 @@ void add_rotor_turn(DrivenRecord& record) {
   for (std::size_t k = 0; k < frame.size(); ++k) {
     record.rotor_turn.push_back(std::polar(1.0, angle));
     const double next = k + 1 < frame.size() ? frame.w_r[k + 1] : frame.w_r[k];
-    angle = std::remainder(angle + frame.sample_time_s * (0.5 * (frame.w_r[k] + next) - frame.w_k), 2.0 * kPi);
+    angle =
+        std::remainder(angle + frame.sample_time_s * (0.5 * (frame.w_r[k] + next) - frame.w_k), 2.0 * kPi);
   }
 }
 

@@ -2,8 +2,8 @@
 // A time series as the global fit sees it: in the frame of the supply (frame_record.h), at a rate that the
 // machine's dynamics need and no more, with what the effects ask for.
 //
-// Thinning: voltage, current and speed are averaged over `thinned` samples. The machine is linear in the frame
-// over so short a time, so averaged voltage makes averaged current; noise falls with the root.
+// Thinning: voltage, current and speed are averaged over `thinned` samples. The machine is linear in the
+// frame over so short a time, so averaged voltage makes averaged current; noise falls with the root.
 
 #include <cstdint>
 #include <vector>
@@ -13,17 +13,17 @@
 
 namespace imrig::est {
 
-inline constexpr double kThinnedTime_s = 2.5e-4;  // longest sample time that thinning makes
+inline constexpr double kThinnedTime_s = 5e-4;  // longest sample time that thinning makes
 
 struct DrivenRecord {
   std::size_t index = 0;  // in the data set
   bool holdout = false;
   FrameRecord frame;
   int thinned = 1;
-  double mean_gain = 1.0;                           // sigma of current noise here over that of one sample of the series
-  std::vector<std::complex<double>> voltage_rate;   // V/s, stationary derivative seen in the frame
-  std::vector<double> stator_rise_K;                // empty: not measured
-  std::vector<std::complex<double>> rotor_turn;     // exp(j (theta_r - theta_k)), theta_r = 0 at the start
+  double mean_gain = 1.0;  // sigma of current noise here over that of one sample of the series
+  std::vector<std::complex<double>> voltage_rate;  // V/s, stationary derivative seen in the frame
+  std::vector<double> stator_rise_K;               // empty: not measured
+  std::vector<std::complex<double>> rotor_turn;    // exp(j (theta_r - theta_k)), theta_r = 0 at the start
 
   std::size_t size() const { return frame.size(); }
   Instant at(std::size_t k) const;

@@ -32,7 +32,8 @@ Eigen::MatrixXd part(const Eigen::MatrixXd& whole, const Indices& rows) {
   const auto n = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd out(n, n);
   for (Eigen::Index a = 0; a < n; ++a) {
-    for (Eigen::Index b = 0; b < n; ++b) out(a, b) = whole(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]);
+    for (Eigen::Index b = 0; b < n; ++b)
+      out(a, b) = whole(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]);
   }
   return out;
 }
@@ -71,8 +72,8 @@ GlobalPoint moved(const GlobalPoint& from, const Freedom& free, const Eigen::Vec
 }
 
 // The records' own unknowns follow the shared ones to first order.
-void follow(const GlobalProblem& problem, const GlobalTerms& terms, const Freedom& free, const std::vector<std::size_t>& which,
-            const GlobalPoint& from, GlobalPoint& to) {
+void follow(const GlobalProblem& problem, const GlobalTerms& terms, const Freedom& free,
+            const std::vector<std::size_t>& which, const GlobalPoint& from, GlobalPoint& to) {
   const auto s = static_cast<Eigen::Index>(free.shared.size());
   Eigen::VectorXd step(s);
   for (std::size_t m = 0; m < free.shared.size(); ++m)
@@ -89,7 +90,8 @@ void follow(const GlobalProblem& problem, const GlobalTerms& terms, const Freedo
     for (std::size_t m = 0; m < locals.size(); ++m) {
       double& x = to.local[which[k]][locals[m]];
       x = from.local[which[k]][locals[m]] + d[static_cast<Eigen::Index>(m)];
-      if (locals[m] >= kStates) x = std::clamp(x, local_parameter(locals[m]).low, local_parameter(locals[m]).high);
+      if (locals[m] >= kStates)
+        x = std::clamp(x, local_parameter(locals[m]).low, local_parameter(locals[m]).high);
     }
   }
 }
@@ -111,9 +113,11 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& H, const Indices& rows, Eigen:
       if (std::abs(eigen.eigenvectors()(b, a)) > 0.3) flat->push_back(rows[static_cast<std::size_t>(b)]);
     }
   }
-  const Eigen::MatrixXd C = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::MatrixXd C = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
+                            eigen.eigenvectors().transpose() * scale.asDiagonal();
   for (Eigen::Index a = 0; a < P.rows(); ++a) {
-    for (Eigen::Index b = 0; b < P.rows(); ++b) out(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]) = C(a, b);
+    for (Eigen::Index b = 0; b < P.rows(); ++b)
+      out(rows[static_cast<std::size_t>(a)], rows[static_cast<std::size_t>(b)]) = C(a, b);
   }
   return out;
 }
@@ -190,7 +194,7 @@ GlobalFit fit_global(const GlobalProblem& problem, const GlobalPoint& start, con
       continue;
     }
     fit.at = std::move(next);
-    const bool small = won < options.tolerance * there.chi2 + 1e-3;
+    const bool small = won < options.tolerance * there.chi2 + options.enough;
     terms = std::move(there);
     damping *= 0.15;
     if (small) {
@@ -203,6 +207,7 @@ GlobalFit fit_global(const GlobalProblem& problem, const GlobalPoint& start, con
   fit.dof = static_cast<double>(terms.values) - static_cast<double>(free.shared.size());
   for (const std::size_t k : which) fit.dof -= static_cast<double>(problem.locals_of(k, free.local).size());
   if (options.intervals && std::isfinite(terms.chi2)) add_intervals(terms, fit);
+  fit.terms = std::move(terms);
   return fit;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-// The minimum of the global problem inside the bounds of its parameters, by Levenberg's and Marquardt's method
-// on the normal equations with the records' own unknowns eliminated. Base parameters stay positive; a
+// The minimum of the global problem inside the bounds of its parameters, by Levenberg's and Marquardt's
+// method on the normal equations with the records' own unknowns eliminated. Base parameters stay positive; a
 // parameter that lies on a bound and wants beyond it is held there and told.
 //
 // Intervals come from record to record: the larger of the likelihood's covariance and of the cluster-robust
@@ -18,10 +18,11 @@ struct GlobalFit {
   Freedom free;
   bool converged = false;
   double chi2 = 0.0;
-  std::size_t values = 0;     // real values fitted
+  std::size_t values = 0;  // real values fitted
   double dof = 0.0;
   Eigen::MatrixXd covariance;        // of the shared unknowns, from record to record
   Eigen::MatrixXd noise_covariance;  // from the declared noise
+  GlobalTerms terms;                 // at the minimum
   std::vector<bool> on_bound;        // of the shared unknowns
   std::vector<std::size_t> flat;     // entries that these data do not determine
   int evaluations = 0;
@@ -32,7 +33,8 @@ struct GlobalFit {
 struct GlobalFitOptions {
   std::vector<Prior> priors;
   int most_rounds = 40;
-  double tolerance = 1e-7;  // of chi2
+  double tolerance = 1e-7;  // of chi2, and
+  double enough = 1e-3;     // of chi2 in absolute terms: a step that wins less is the last
   bool intervals = true;
 };
 

@@ -43,7 +43,8 @@ Temperatures temperatures(const DataSet& data) {
 
 PointNoise point_noise(const Noise& declared) {
   const auto known = [](double x) { return std::isfinite(x) ? x : 0.0; };
-  PointNoise out{std::sqrt(2.0) * known(declared.current_A), known(declared.power_W), known(declared.torque_Nm), 0.0};
+  PointNoise out{std::sqrt(2.0) * known(declared.current_A), known(declared.power_W),
+                 known(declared.torque_Nm), 0.0};
   if (!(out.current_A > 0.0) || !(out.power_W > 0.0)) out.relative = kTableRelative;
   return out;
 }
@@ -55,7 +56,10 @@ double local_prior_sigma(std::size_t entry) {
 }
 
 GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads)
-    : data_(data), threads_(std::max(1, threads)), noise_(noise_levels(data)), point_noise_(point_noise(data.noise)) {
+    : data_(data),
+      threads_(std::max(1, threads)),
+      noise_(noise_levels(data)),
+      point_noise_(point_noise(data.noise)) {
   const Temperatures t = temperatures(data);
   mean_stator_C_ = t.mean;
   spread_stator_C_ = t.spread;
@@ -69,12 +73,14 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
     entry.record = &record;
     try {
       if (record.kind != RecordKind::kPoints) {
-        entry.series = std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, mean_stator_C_));
+        entry.series =
+            std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, mean_stator_C_));
         const FrameRecord& frame = entry.series->frame;
         for (std::size_t n = frame.judged_from; n < frame.size(); ++n) {
           largest_current_ = std::max(largest_current_, std::abs(frame.i[n]));
           if (std::abs(frame.w_k) > 30.0)
-            largest_flux_ = std::max(largest_flux_, std::abs((frame.v[n] - theta.R_s * frame.i[n]) / frame.w_k));
+            largest_flux_ =
+                std::max(largest_flux_, std::abs((frame.v[n] - theta.R_s * frame.i[n]) / frame.w_k));
         }
       }
       for (const SteadyPoint& p : record.points) {
@@ -88,7 +94,9 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
       left_out_.push_back({record.id, e.what()});
     }
   }
-  if (entries_.empty()) throw Error("data set \"" + data.name + "\"", "has no record that can be simulated", left_out_.empty() ? "" : left_out_.front().why);
+  if (entries_.empty())
+    throw Error("data set \"" + data.name + "\"", "has no record that can be simulated",
+                left_out_.empty() ? "" : left_out_.front().why);
   SharedVector<double> rough = start({}).shared;
   rough[0] = theta.R_s;
   rough[1] = theta.R_r;
@@ -111,7 +119,8 @@ GlobalPoint GlobalProblem::start(const SharedVector<double>& shared) const {
   out.shared = shared;
   if (shared[0] == 0.0) {
     out.shared = {0.5, 0.5, 0.01, 0.1};
-    for (std::size_t entry = kBase; entry < kShared; ++entry) out.shared[entry] = shared_parameter(entry).neutral;
+    for (std::size_t entry = kBase; entry < kShared; ++entry)
+      out.shared[entry] = shared_parameter(entry).neutral;
   }
   out.local.assign(entries_.size(), neutral_local());
   return out;
@@ -129,18 +138,22 @@ void GlobalProblem::each(const std::vector<std::size_t>& which, Work&& work) con
   for (std::thread& t : others) t.join();
 }
 
-std::vector<std::size_t> GlobalProblem::locals_of(std::size_t entry, const std::vector<std::size_t>& local) const {
+std::vector<std::size_t> GlobalProblem::locals_of(std::size_t entry,
+                                                  const std::vector<std::size_t>& local) const {
   return entries_[entry].series ? local : std::vector<std::size_t>{};
 }
 
 RecordTerms GlobalProblem::evaluate_one(std::size_t number, const SharedVector<double>& shared,
-                                        const LocalVector<double>& local, const Lanes& lanes, RecordTrace* trace) const {
+                                        const LocalVector<double>& local, const Lanes& lanes,
+                                        RecordTrace* trace) const {
   const Entry& entry = entries_[number];
-  if (!entry.series) return points_terms(entry.record->points, data_.pole_pairs, mean_stator_C_, point_noise_, shared, lanes);
+  if (!entry.series)
+    return points_terms(entry.record->points, data_.pole_pairs, mean_stator_C_, point_noise_, shared, lanes);
   return record_terms(*entry.series, *entry.whitener, entry.steps, shared, local, lanes, trace);
 }
 
-GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free, const std::vector<std::size_t>& which,
+GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free,
+                                    const std::vector<std::size_t>& which,
                                     const std::vector<Prior>& priors) const {
   GlobalTerms out;
   const auto s = static_cast<Eigen::Index>(free.shared.size());
@@ -148,7 +161,8 @@ GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free, 
   out.gradient.setZero(s);
   out.records.resize(which.size());
   each(which, [&](std::size_t k) {
-    out.records[k] = evaluate_one(which[k], at.shared, at.local[which[k]], {free.shared, locals_of(which[k], free.local)});
+    out.records[k] =
+        evaluate_one(which[k], at.shared, at.local[which[k]], {free.shared, locals_of(which[k], free.local)});
   });
   for (std::size_t k = 0; k < which.size(); ++k) {
     RecordTerms& r = out.records[k];
@@ -178,7 +192,8 @@ GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free, 
     }
     out.normal += normal;
     out.gradient += score;
-    out.scores.push_back(score);
+    out.scores.push_back(std::move(score));
+    out.normals.push_back(std::move(normal));
   }
   for (const Prior& prior : priors) {
     const double off = (at.shared[prior.entry] - prior.value) / prior.sigma;

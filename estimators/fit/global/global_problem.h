@@ -39,10 +39,11 @@ struct Prior {
 struct GlobalTerms {
   double chi2 = 0.0;  // priors included
   std::size_t values = 0;
-  Eigen::MatrixXd normal;    // over the shared unknowns
+  Eigen::MatrixXd normal;  // over the shared unknowns
   Eigen::VectorXd gradient;
-  std::vector<RecordTerms> records;  // as they were evaluated
-  std::vector<Eigen::VectorXd> scores;  // reduced gradient of each record
+  std::vector<RecordTerms> records;     // as they were evaluated
+  std::vector<Eigen::VectorXd> scores;   // reduced gradient of each record
+  std::vector<Eigen::MatrixXd> normals;  // reduced normal matrix of each record
 };
 
 class GlobalProblem {
@@ -52,7 +53,7 @@ class GlobalProblem {
     std::string id;
     bool holdout = false;
     const Record* record = nullptr;
-    std::unique_ptr<DrivenRecord> series;   // null: a table
+    std::unique_ptr<DrivenRecord> series;  // null: a table
     std::unique_ptr<Whitener> whitener;
     int steps = 1;
   };
@@ -60,7 +61,8 @@ class GlobalProblem {
     std::string id, why;
   };
 
-  // Takes the records that can be simulated; a rough circuit for whitening is `theta`. data must outlive this.
+  // Takes the records that can be simulated; a rough circuit for whitening is `theta`. data must outlive
+  // this.
   GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads);
 
   const DataSet& data() const { return data_; }
@@ -80,13 +82,15 @@ class GlobalProblem {
   // which: entries to evaluate, by number.
   GlobalTerms evaluate(const GlobalPoint& at, const Freedom& free, const std::vector<std::size_t>& which,
                        const std::vector<Prior>& priors = {}) const;
-  RecordTerms evaluate_one(std::size_t entry, const SharedVector<double>& shared, const LocalVector<double>& local,
-                           const Lanes& lanes, RecordTrace* trace = nullptr) const;
+  RecordTerms evaluate_one(std::size_t entry, const SharedVector<double>& shared,
+                           const LocalVector<double>& local, const Lanes& lanes,
+                           RecordTrace* trace = nullptr) const;
 
   // Brings each record's own unknowns to their best for the given shared vector.
-  void settle(GlobalPoint& at, const std::vector<std::size_t>& local, const std::vector<std::size_t>& which) const;
+  void settle(GlobalPoint& at, const std::vector<std::size_t>& local,
+              const std::vector<std::size_t>& which) const;
 
-  std::vector<std::size_t> fitted() const;   // entries that are no hold-outs
+  std::vector<std::size_t> fitted() const;  // entries that are no hold-outs
   std::vector<std::size_t> holdout() const;
   std::vector<std::size_t> all() const;
   // The record's own unknowns that this entry has: a table has none.

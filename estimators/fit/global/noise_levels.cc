@@ -28,14 +28,13 @@ template <class X>
 void add_stretches(const std::vector<X>& x, std::vector<double>& out) {
   for (std::size_t from = 0; from + kStretch <= x.size(); from += kStretch) {
     double sum = 0.0;
-    for (std::size_t k = from + 1; k + 1 < from + kStretch; ++k) sum += square(x[k + 1] - 2.0 * x[k] + x[k - 1]);
+    for (std::size_t k = from + 1; k + 1 < from + kStretch; ++k)
+      sum += square(x[k + 1] - 2.0 * x[k] + x[k - 1]);
     out.push_back(sum / (6.0 * static_cast<double>(kStretch - 2)));
   }
 }
 
-double either(double declared, double seen) {
-  return std::isfinite(declared) ? declared : seen;
-}
+double either(double declared, double seen) { return std::isfinite(declared) ? declared : seen; }
 
 }  // namespace
 
@@ -57,7 +56,8 @@ NoiseEstimate noise_levels(const DataSet& data) {
   NoiseEstimate out;
   out.seen = {std::sqrt(median(current)), std::sqrt(median(voltage)), std::sqrt(median(speed))};
   out.declared = std::isfinite(data.noise.current_A) && data.noise.current_A > 0.0;
-  out.levels = {either(data.noise.current_A, out.seen.current_A), either(data.noise.voltage_V, out.seen.voltage_V),
+  out.levels = {either(data.noise.current_A, out.seen.current_A),
+                either(data.noise.voltage_V, out.seen.voltage_V),
                 either(data.noise.speed_rad_s * data.pole_pairs, out.seen.speed_rad_s)};
   if (out.declared) {
     out.declared_factor = out.seen.current_A / data.noise.current_A;

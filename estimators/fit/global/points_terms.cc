@@ -23,14 +23,16 @@ struct Setting {
 
 Setting setting_of(const SteadyPoint& p, int pole_pairs, double mean_stator_C) {
   if (!(p.v_peak_V > 0.0) || !(std::abs(p.f_Hz) >= 0.0) || !std::isfinite(p.speed_rad_s)) {
-    throw Error("operating point", "lacks voltage, frequency or speed", "the model needs all three to predict the rest");
+    throw Error("operating point", "lacks voltage, frequency or speed",
+                "the model needs all three to predict the rest");
   }
   Setting s;
   s.v = p.v_peak_V;
   s.w_r = pole_pairs * p.speed_rad_s;
   s.at.w_k = 2.0 * kPi * p.f_Hz;
   s.at.voltage_rate = std::complex<double>(0.0, s.at.w_k * p.v_peak_V);
-  if (std::isfinite(p.stator_C) && std::isfinite(mean_stator_C)) s.at.stator_rise_K = p.stator_C - mean_stator_C;
+  if (std::isfinite(p.stator_C) && std::isfinite(mean_stator_C))
+    s.at.stator_rise_K = p.stator_C - mean_stator_C;
   return s;
 }
 
@@ -40,8 +42,8 @@ SharedVector<T> without_ripple(const SharedVector<T>& shared) {
   SharedVector<T> out = shared;
   for (std::size_t k = 0; k < kEffects; ++k) {
     const std::string_view name = kEffectInfos[k].name;
-    if (name != "current_offset" && name != "current_gain" && name != "supply_unbalance" && name != "stator_unbalance" &&
-        name != "inverter_dead_time")
+    if (name != "current_offset" && name != "current_gain" && name != "supply_unbalance" &&
+        name != "stator_unbalance" && name != "inverter_dead_time")
       continue;
     for (std::size_t e = kSharedPlace[k]; e < kSharedPlace[k + 1]; ++e) {
       if (kEffectInfos[k].shared[e - kSharedPlace[k]].role == Role::kAmplitude) out[e] = T(0.0);
@@ -53,7 +55,8 @@ SharedVector<T> without_ripple(const SharedVector<T>& shared) {
 LocalVector<double> resting() {
   LocalVector<double> out{};
   for (std::size_t k = 0; k < kEffects; ++k) {
-    for (std::size_t e = kLocalPlace[k]; e < kLocalPlace[k + 1]; ++e) out[e] = kEffectInfos[k].local[e - kLocalPlace[k]].neutral;
+    for (std::size_t e = kLocalPlace[k]; e < kLocalPlace[k + 1]; ++e)
+      out[e] = kEffectInfos[k].local[e - kLocalPlace[k]].neutral;
   }
   return out;
 }
@@ -68,8 +71,10 @@ EffectState<T> state_of(const std::array<T, kState>& x) {
 }
 
 // Newton's method from zero flux with the saturating parts coming in by themselves; damped.
-std::array<double, kState> steady_state_of(const EffectMachine<double>& machine, const SharedVector<double>& shared,
-                                           const LocalVector<double>& local, const Setting& s, Eigen::Matrix<double, kState, kState>& jacobian) {
+std::array<double, kState> steady_state_of(const EffectMachine<double>& machine,
+                                           const SharedVector<double>& shared,
+                                           const LocalVector<double>& local, const Setting& s,
+                                           Eigen::Matrix<double, kState, kState>& jacobian) {
   using Jet = ceres::Jet<double, kState>;
   SharedVector<Jet> p;
   LocalVector<Jet> q;
@@ -101,7 +106,8 @@ std::array<double, kState> steady_state_of(const EffectMachine<double>& machine,
       size = std::max(size, std::abs(step[k]));
       largest = std::max(largest, std::abs(x[static_cast<std::size_t>(k)]));
     }
-    const double damping = std::min(1.0, 0.5 * (largest + 0.1 * s.v / std::max(1.0, std::abs(s.at.w_k))) / std::max(size, 1e-300));
+    const double damping = std::min(
+        1.0, 0.5 * (largest + 0.1 * s.v / std::max(1.0, std::abs(s.at.w_k))) / std::max(size, 1e-300));
     for (int k = 0; k < kState; ++k) x[static_cast<std::size_t>(k)] -= damping * step[k];
     if (!std::isfinite(size)) break;
     if (size < 1e-12 * (largest + 1e-6)) return x;
@@ -116,7 +122,8 @@ struct Outputs {
 };
 
 template <class T>
-Outputs<T> outputs(const EffectMachine<T>& machine, const EffectState<T>& x, const Setting& s, int pole_pairs) {
+Outputs<T> outputs(const EffectMachine<T>& machine, const EffectState<T>& x, const Setting& s,
+                   int pole_pairs) {
   using std::sqrt;
   const auto in = machine.inside(x, s.v, s.w_r, s.at);
   Outputs<T> out;

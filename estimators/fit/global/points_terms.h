@@ -13,7 +13,7 @@ struct PointNoise {
   double current_A = 0.0;  // peak
   double power_W = 0.0;
   double torque_Nm = 0.0;
-  double relative = 0.0;   // of the value, added to each: what a table is good for
+  double relative = 0.0;  // of the value, added to each: what a table is good for
 };
 
 struct PointPrediction {

@@ -11,20 +11,27 @@ template <int N>
 RecordTerms record_terms_n(const DrivenRecord&, const Whitener&, int, const SharedVector<double>&,
                            const LocalVector<double>&, const Lanes&, RecordTrace*);
 
-extern template RecordTerms record_terms_n<8>(const DrivenRecord&, const Whitener&, int, const SharedVector<double>&,
-                                              const LocalVector<double>&, const Lanes&, RecordTrace*);
-extern template RecordTerms record_terms_n<16>(const DrivenRecord&, const Whitener&, int, const SharedVector<double>&,
-                                               const LocalVector<double>&, const Lanes&, RecordTrace*);
-extern template RecordTerms record_terms_n<24>(const DrivenRecord&, const Whitener&, int, const SharedVector<double>&,
-                                               const LocalVector<double>&, const Lanes&, RecordTrace*);
-extern template RecordTerms record_terms_n<40>(const DrivenRecord&, const Whitener&, int, const SharedVector<double>&,
-                                               const LocalVector<double>&, const Lanes&, RecordTrace*);
+extern template RecordTerms record_terms_n<8>(const DrivenRecord&, const Whitener&, int,
+                                              const SharedVector<double>&, const LocalVector<double>&,
+                                              const Lanes&, RecordTrace*);
+extern template RecordTerms record_terms_n<16>(const DrivenRecord&, const Whitener&, int,
+                                               const SharedVector<double>&, const LocalVector<double>&,
+                                               const Lanes&, RecordTrace*);
+extern template RecordTerms record_terms_n<24>(const DrivenRecord&, const Whitener&, int,
+                                               const SharedVector<double>&, const LocalVector<double>&,
+                                               const Lanes&, RecordTrace*);
+extern template RecordTerms record_terms_n<40>(const DrivenRecord&, const Whitener&, int,
+                                               const SharedVector<double>&, const LocalVector<double>&,
+                                               const Lanes&, RecordTrace*);
 
 RecordTerms record_terms(const DrivenRecord& record, const Whitener& whitener, int steps,
-                         const SharedVector<double>& shared, const LocalVector<double>& local, const Lanes& lanes,
-                         RecordTrace* trace) {
+                         const SharedVector<double>& shared, const LocalVector<double>& local,
+                         const Lanes& lanes, RecordTrace* trace) {
   const std::size_t n = lanes.size();
-  const auto run = n <= 8 ? record_terms_n<8> : n <= 16 ? record_terms_n<16> : n <= 24 ? record_terms_n<24> : record_terms_n<40>;
+  const auto run = n <= 8    ? record_terms_n<8>
+                   : n <= 16 ? record_terms_n<16>
+                   : n <= 24 ? record_terms_n<24>
+                             : record_terms_n<40>;
   if (n > kMostLanes) throw Error("global fit", "has more unknowns than one evaluation takes");
   return run(record, whitener, steps, shared, local, lanes, trace);
 }
@@ -32,9 +39,12 @@ RecordTerms record_terms(const DrivenRecord& record, const Whitener& whitener, i
 int steps_for(const DrivenRecord& record, const SharedVector<double>& shared) {
   constexpr double kMaxRateStep = 0.25;  // RK4 then errs by 1e-5 of what still moves in the frame
   double fastest = 0.0;
-  for (const double w : record.frame.w_r) fastest = std::max({fastest, std::abs(w), std::abs(w - record.frame.w_k)});
-  const double rate = (shared[0] + shared[1]) / shared[2] + shared[1] / shared[3] + fastest + std::abs(record.frame.w_k);
-  return static_cast<int>(std::clamp(std::ceil(rate * record.frame.sample_time_s / kMaxRateStep), 1.0, 200.0));
+  for (const double w : record.frame.w_r)
+    fastest = std::max({fastest, std::abs(w), std::abs(w - record.frame.w_k)});
+  const double rate =
+      (shared[0] + shared[1]) / shared[2] + shared[1] / shared[3] + fastest + std::abs(record.frame.w_k);
+  return static_cast<int>(
+      std::clamp(std::ceil(rate * record.frame.sample_time_s / kMaxRateStep), 1.0, 200.0));
 }
 
 }  // namespace imrig::est

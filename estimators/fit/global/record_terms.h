@@ -23,9 +23,9 @@ struct RecordTerms {
   std::size_t values = 0;  // real values judged
   Eigen::VectorXd gradient;
   Eigen::MatrixXd normal;
-  Eigen::MatrixXd stretch_gradient;       // lanes x kStretches
+  Eigen::MatrixXd stretch_gradient;  // lanes x kStretches
   std::array<double, kStretches> stretch_chi2{};
-  double error2 = 0.0, signal2 = 0.0;     // raw, A^2
+  double error2 = 0.0, signal2 = 0.0;  // raw, A^2
 };
 
 // What an evaluation may be asked for beside the sums.
@@ -38,8 +38,8 @@ struct RecordTrace {
 
 // steps: integration steps per sample.
 RecordTerms record_terms(const DrivenRecord& record, const Whitener& whitener, int steps,
-                         const SharedVector<double>& shared, const LocalVector<double>& local, const Lanes& lanes,
-                         RecordTrace* trace = nullptr);
+                         const SharedVector<double>& shared, const LocalVector<double>& local,
+                         const Lanes& lanes, RecordTrace* trace = nullptr);
 
 // The largest number of lanes one call takes.
 inline constexpr std::size_t kMostLanes = 40;

@@ -2,7 +2,8 @@
 
 namespace imrig::est {
 
-template RecordTerms record_terms_n<40>(const DrivenRecord&, const Whitener&, int, const SharedVector<double>&,
-                                       const LocalVector<double>&, const Lanes&, RecordTrace*);
+template RecordTerms record_terms_n<40>(const DrivenRecord&, const Whitener&, int,
+                                        const SharedVector<double>&, const LocalVector<double>&, const Lanes&,
+                                        RecordTrace*);
 
 }  // namespace imrig::est

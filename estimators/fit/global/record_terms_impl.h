@@ -12,7 +12,8 @@
 namespace imrig::est {
 
 template <class Machine>
-typename Machine::State stepped(const typename Machine::State& x, double h, const typename Machine::State& d) {
+typename Machine::State stepped(const typename Machine::State& x, double h,
+                                const typename Machine::State& d) {
   const auto ahead = [h](const auto& a, const auto& b) {
     using C = std::decay_t<decltype(a)>;
     return C{a.re + h * b.re, a.im + h * b.im};
@@ -51,9 +52,12 @@ void advance(const Machine& machine, typename Machine::State& x, const Segment& 
     const double a = m * part, b = (m + 0.5) * part, c = (m + 1) * part;
     const Instant middle = s.at(b), end = s.at(c);
     const auto k1 = machine.derivative(x, s.v_0 + a * s.dv, s.w_0 + a * s.dw, begin);
-    const auto k2 = machine.derivative(stepped<Machine>(x, 0.5 * h * part, k1), s.v_0 + b * s.dv, s.w_0 + b * s.dw, middle);
-    const auto k3 = machine.derivative(stepped<Machine>(x, 0.5 * h * part, k2), s.v_0 + b * s.dv, s.w_0 + b * s.dw, middle);
-    const auto k4 = machine.derivative(stepped<Machine>(x, h * part, k3), s.v_0 + c * s.dv, s.w_0 + c * s.dw, end);
+    const auto k2 = machine.derivative(stepped<Machine>(x, 0.5 * h * part, k1), s.v_0 + b * s.dv,
+                                       s.w_0 + b * s.dw, middle);
+    const auto k3 = machine.derivative(stepped<Machine>(x, 0.5 * h * part, k2), s.v_0 + b * s.dv,
+                                       s.w_0 + b * s.dw, middle);
+    const auto k4 =
+        machine.derivative(stepped<Machine>(x, h * part, k3), s.v_0 + c * s.dv, s.w_0 + c * s.dw, end);
     const double sixth = h * part / 6.0;
     const auto add = [sixth](auto& y, const auto& p, const auto& q, const auto& r, const auto& t) {
       y.re = y.re + sixth * (p.re + 2.0 * (q.re + r.re) + t.re);
@@ -74,8 +78,12 @@ void drive(const Machine& machine, const DrivenRecord& record, int steps, Visit&
     visit(k, x, here);
     if (k + 1 == record.size()) return;
     const Instant next = record.at(k + 1);
-    const Segment s{record.frame.v[k], record.frame.v[k + 1] - record.frame.v[k], record.frame.w_r[k],
-                    record.frame.w_r[k + 1] - record.frame.w_r[k], here, next};
+    const Segment s{record.frame.v[k],
+                    record.frame.v[k + 1] - record.frame.v[k],
+                    record.frame.w_r[k],
+                    record.frame.w_r[k + 1] - record.frame.w_r[k],
+                    here,
+                    next};
     advance(machine, x, s, record.frame.sample_time_s, steps);
     here = next;
   }
@@ -111,8 +119,8 @@ class RowSums {
 
 template <int N>
 RecordTerms record_terms_n(const DrivenRecord& record, const Whitener& whitener, int steps,
-                           const SharedVector<double>& shared, const LocalVector<double>& local, const Lanes& lanes,
-                           RecordTrace* trace) {
+                           const SharedVector<double>& shared, const LocalVector<double>& local,
+                           const Lanes& lanes, RecordTrace* trace) {
   using Jet = ceres::Jet<double, N>;
   using Vector = Eigen::Matrix<std::complex<double>, N + 1, 1>;
   SharedVector<Jet> seeded_shared;

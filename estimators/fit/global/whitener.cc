@@ -11,7 +11,8 @@ using Complex = std::complex<double>;
 Eigen::Matrix2cd transition(const MachineParameters<double>& p, double w_r, double w_k, double h) {
   const Complex j(0.0, 1.0);
   Eigen::Matrix2cd A;
-  A << -p.R_s / p.L_l - j * w_k, p.R_s / p.L_l, p.R_r / p.L_l, -p.R_r / p.L_l - p.R_r / p.L_m + j * (w_r - w_k);
+  A << -p.R_s / p.L_l - j * w_k, p.R_s / p.L_l, p.R_r / p.L_l,
+      -p.R_r / p.L_l - p.R_r / p.L_m + j * (w_r - w_k);
   const Eigen::Matrix2cd B = A * h;
   const Eigen::Matrix2cd B2 = B * B;
   return Eigen::Matrix2cd::Identity() + B + B2 / 2.0 + B2 * B / 6.0 + B2 * B2 / 24.0;
@@ -34,8 +35,8 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
   Eigen::Matrix2cd Q = Eigen::Matrix2cd::Zero();
   Q(0, 0) = q_stator;
   Q(1, 1) = q_rotor;
-  Eigen::Matrix2cd P = Eigen::Matrix2cd::Zero();       // of the filter
-  Eigen::Matrix2cd open = Eigen::Matrix2cd::Zero();    // without it: the simulation's own error
+  Eigen::Matrix2cd P = Eigen::Matrix2cd::Zero();     // of the filter
+  Eigen::Matrix2cd open = Eigen::Matrix2cd::Zero();  // without it: the simulation's own error
   Step step;
   std::size_t judged = 0;
   for (std::size_t k = 0; k < frame.size(); ++k) {

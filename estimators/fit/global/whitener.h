@@ -4,10 +4,10 @@
 // The model is driven by measured voltage and speed, so their noise passes through it and colours the error:
 //   x[k+1] = F x[k] + w[k],   r[k] = C x[k] + n[k],   x = error of (psi_s, psi_r), C = (1, -1)/L_l
 // with w from voltage noise on psi_s and from speed noise, j psi_r dw, on psi_r. The innovations of that
-// system's Kalman filter are white: feeding the error r through the filter whitens it, and feeding the columns
-// of its Jacobian through the same filter makes least squares the maximum of the likelihood. The initial flux
-// is a parameter, so the filter starts with certainty.
-// Complex variances are those of both components together.
+// system's Kalman filter are white: feeding the error r through the filter whitens it, and feeding the
+// columns of its Jacobian through the same filter makes least squares the maximum of the likelihood. The
+// initial flux is a parameter, so the filter starts with certainty. Complex variances are those of both
+// components together.
 
 #include <Eigen/Core>
 #include <complex>
@@ -28,7 +28,8 @@ struct NoiseLevels {
 class Whitener {
  public:
   // theta: rough circuit of the machine; flux_Wb: rough size of the rotor flux.
-  Whitener(const DrivenRecord& record, const MachineParameters<double>& theta, double flux_Wb, const NoiseLevels& noise);
+  Whitener(const DrivenRecord& record, const MachineParameters<double>& theta, double flux_Wb,
+           const NoiseLevels& noise);
 
   struct Step {
     Eigen::Matrix2cd F;

@@ -12,14 +12,17 @@ namespace imrig::est {
 template <class T>
 class BrokenBar : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kLocal[] = {
-      {"real", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.01}, {"imaginary", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.01}};
+  static constexpr EffectParameter kLocal[] = {{"real", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.01},
+                                               {"imaginary", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.01}};
+  static constexpr EffectForm kForms[] = {{"by record", {}, true, false}};
   static constexpr EffectInfo kInfo = {
       "broken_bar",
       "A rotor bar is broken: lines at (1 +- 2s) f that grow with load",
       "drop = R_r (i_r + beta e^{2 j theta_r} i_r*)",
       "Filippetti, Franceschini, Tassoni and Vas 1998, IEEE Trans. Industrial Electronics",
       "change the load: the line follows the slip",
+      Needs::kSeries,
+      kForms,
       {},
       kLocal};
 

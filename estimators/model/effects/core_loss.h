@@ -20,16 +20,25 @@ class CoreLoss : public EffectLaw<T> {
       {"eddy_S", "S", Role::kAmplitude, 0.0, 0.0, 10.0, 1e-4},
       {"hysteresis_S_rad_s", "S rad/s", Role::kAmplitude, 0.0, 0.0, 1e4, 0.04},
       {"place", "1", Role::kShape, 0.5, 0.0, 1.0, 0.5, kPlaces}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr std::size_t kForm1[] = {1};
+  static constexpr std::size_t kForm2[] = {0, 1};
+  static constexpr std::size_t kForm3[] = {0, 1, 2};
+  static constexpr EffectForm kForms[] = {{"eddy currents", kForm0, false, false},
+                                          {"hysteresis", kForm1, false, false},
+                                          {"eddy currents and hysteresis", kForm2, false, false},
+                                          {"eddy currents and hysteresis, placed", kForm3, false, true}};
   static constexpr EffectInfo kInfo = {
       "core_loss",
       "The iron takes active power that grows with flux and frequency",
       "P = (3/2) |E|^2 (eddy + hysteresis/w)",
       "Proca and Keyhani 2002 (20); Bertotti 1988, IEEE Trans. Magnetics (separation of losses)",
       "no-load points that vary reactive power at fixed frequency and flux; swap channels",
+      Needs::kAnything,
+      kForms,
       kShared};
 
-  CoreLoss(const T* p, const T*)
-      : p_(p), active_(live(p, 2)) {}
+  CoreLoss(const T* p, const T*) : p_(p), active_(live(p, 2)) {}
 
   void iron(Iron<T>& iron, const Instant& at) const {
     if (!active_) return;

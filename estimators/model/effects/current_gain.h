@@ -12,14 +12,18 @@ namespace imrig::est {
 template <class T>
 class CurrentGain : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kShared[] = {
-      {"phase_a", "1", Role::kAmplitude, 0.0, -0.5, 0.5, 2e-3}, {"phase_b", "1", Role::kAmplitude, 0.0, -0.5, 0.5, 2e-3}};
+  static constexpr EffectParameter kShared[] = {{"phase_a", "1", Role::kAmplitude, 0.0, -0.5, 0.5, 2e-3},
+                                                {"phase_b", "1", Role::kAmplitude, 0.0, -0.5, 0.5, 2e-3}};
+  static constexpr std::size_t kForm0[] = {0, 1};
+  static constexpr EffectForm kForms[] = {{"mismatch", kForm0, false, false}};
   static constexpr EffectInfo kInfo = {
       "current_gain",
       "The current channels have different gains: twice the supply's frequency in the turning frame",
       "i_x,measured = (1 + g_x) i_x",
       "sensor chain",
       "swap sensors: a gain error follows the sensor, an unbalance does not",
+      Needs::kSeries,
+      kForms,
       kShared};
 
   CurrentGain(const T* p, const T*) : p_(p), active_(live(p, 2)) {}

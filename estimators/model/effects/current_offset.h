@@ -9,14 +9,18 @@ namespace imrig::est {
 template <class T>
 class CurrentOffset : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kShared[] = {
-      {"alpha_A", "A", Role::kAmplitude, 0.0, -1e3, 1e3, 0.01}, {"beta_A", "A", Role::kAmplitude, 0.0, -1e3, 1e3, 0.01}};
+  static constexpr EffectParameter kShared[] = {{"alpha_A", "A", Role::kAmplitude, 0.0, -1e3, 1e3, 0.01},
+                                                {"beta_A", "A", Role::kAmplitude, 0.0, -1e3, 1e3, 0.01}};
+  static constexpr std::size_t kForm0[] = {0, 1};
+  static constexpr EffectForm kForms[] = {{"offset", kForm0, false, false}};
   static constexpr EffectInfo kInfo = {
       "current_offset",
       "The current channels have an offset: a line at the supply's frequency in the turning frame",
       "i_measured = i + i_0",
       "sensor chain",
       "reading at zero current; swap sensors",
+      Needs::kSeries,
+      kForms,
       kShared};
 
   CurrentOffset(const T* p, const T*) : p_(p), active_(live(p, 2)) {}

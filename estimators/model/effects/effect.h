@@ -12,6 +12,7 @@
 // and amplitudes that belong to each record by itself (a phase, a temperature nobody measures) are local.
 
 #include <complex>
+#include <cstddef>
 #include <span>
 
 #include "estimators/model/complex_pair.h"
@@ -27,27 +28,41 @@ struct EffectParameter {
   Role role;
   double neutral;  // of a shape: its usual value
   double low, high;
-  double scale;  // a change of this size matters to an engineer
+  double scale;                       // a change of this size matters to an engineer
   std::span<const double> scan = {};  // of a shape: values to try
 };
 
+// One way to put an effect into numbers: which of its parameters are free. From plain to rich.
+struct EffectForm {
+  const char* name;
+  std::span<const std::size_t> shared;  // of EffectInfo::shared
+  bool local = false;                   // and those of EffectInfo::local
+  bool richer = false;  // holds the form before it as a special case, to be tried once that is accepted
+};
+
+// Where an effect can be seen at all.
+enum class Needs { kSeries, kAnything, kTorque };
+
 struct EffectInfo {
   const char* name;
-  const char* sentence;    // the physics, for people
+  const char* sentence;  // the physics, for people
   const char* equation;
   const char* source;
   const char* experiment;  // what separates it from its twins
-  std::span<const EffectParameter> shared;  // one value for the motor
+  Needs needs;
+  std::span<const EffectForm> forms;
+  std::span<const EffectParameter> shared;      // one value for the motor
   std::span<const EffectParameter> local = {};  // one value a record
 };
 
 // Where a machine is in its record at one instant.
 struct Instant {
-  double w_k = 0.0;                         // speed of the frame, electrical rad/s
-  std::complex<double> turn = 1.0;          // exp(j theta_k): from the frame to the stationary frame
-  std::complex<double> rotor_turn = 1.0;    // exp(j (theta_r - theta_k)): from the rotor's frame to the frame
-  std::complex<double> voltage_rate = 0.0;  // dv/dt of the measured voltage in the stationary frame, V/s, seen in the frame
-  double stator_rise_K = 0.0;               // measured winding temperature above the set's mean; 0 where unknown
+  double w_k = 0.0;                       // speed of the frame, electrical rad/s
+  std::complex<double> turn = 1.0;        // exp(j theta_k): from the frame to the stationary frame
+  std::complex<double> rotor_turn = 1.0;  // exp(j (theta_r - theta_k)): from the rotor's frame to the frame
+  std::complex<double> voltage_rate =
+      0.0;  // dv/dt of the measured voltage in the stationary frame, V/s, seen in the frame
+  double stator_rise_K = 0.0;  // measured winding temperature above the set's mean; 0 where unknown
 };
 
 // Stator current and rotor current (into the rotor's resistance), A: the gradients of the magnetic energy.
@@ -72,7 +87,8 @@ struct EffectLaw {
   void speed(T&) const {}
   // Voltage at the winding, V, from the measured one.
   void voltage(Cx<T>&, const Cx<T>& /*i_s*/, const Instant&) const {}
-  void magnetics(const MachineParameters<T>&, const Cx<T>& /*psi_s*/, const Cx<T>& /*psi_r*/, Currents<T>&) const {}
+  void magnetics(const MachineParameters<T>&, const Cx<T>& /*psi_s*/, const Cx<T>& /*psi_r*/,
+                 Currents<T>&) const {}
   // Factors on R_s and R_r.
   void stator_resistance(T&, const Instant&) const {}
   void rotor_resistance(T&, const Instant&) const {}

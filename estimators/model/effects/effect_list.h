@@ -28,22 +28,26 @@ namespace imrig::est {
 
 template <class T>
 using EffectLaws =
-    std::tuple<MagnetizingSaturation<T>, LeakageSaturation<T>, RotorSkinEffect<T>, RotorHeating<T>, StatorHeating<T>,
-               CoreLoss<T>, FrictionWindage<T>, StrayLoadLoss<T>, InverterDeadTime<T>, VoltageLag<T>, CurrentOffset<T>,
-               CurrentGain<T>, SupplyUnbalance<T>, StatorUnbalance<T>, BrokenBar<T>, SpeedBias<T>>;
+    std::tuple<MagnetizingSaturation<T>, LeakageSaturation<T>, RotorSkinEffect<T>, RotorHeating<T>,
+               StatorHeating<T>, CoreLoss<T>, FrictionWindage<T>, StrayLoadLoss<T>, InverterDeadTime<T>,
+               VoltageLag<T>, CurrentOffset<T>, CurrentGain<T>, SupplyUnbalance<T>, StatorUnbalance<T>,
+               BrokenBar<T>, SpeedBias<T>>;
 
 inline constexpr std::size_t kEffects = std::tuple_size_v<EffectLaws<double>>;
-inline constexpr std::size_t kBase = 4;    // R_s, R_r, L_l, L_m
-inline constexpr std::size_t kStates = 6;  // of a record: psi_s, psi_r, i_b at its start, real and imaginary parts
+inline constexpr std::size_t kBase = 4;  // R_s, R_r, L_l, L_m
+inline constexpr std::size_t kStates =
+    6;  // of a record: psi_s, psi_r, i_b at its start, real and imaginary parts
 
 template <std::size_t... K>
 constexpr std::array<EffectInfo, sizeof...(K)> infos_of(std::index_sequence<K...>) {
   return {std::tuple_element_t<K, EffectLaws<double>>::kInfo...};
 }
-inline constexpr std::array<EffectInfo, kEffects> kEffectInfos = infos_of(std::make_index_sequence<kEffects>());
+inline constexpr std::array<EffectInfo, kEffects> kEffectInfos =
+    infos_of(std::make_index_sequence<kEffects>());
 
 // First entry of each effect; the last entry is the vector's length.
-constexpr std::array<std::size_t, kEffects + 1> places_of(std::size_t first, std::span<const EffectParameter> EffectInfo::*list) {
+constexpr std::array<std::size_t, kEffects + 1> places_of(
+    std::size_t first, std::span<const EffectParameter> EffectInfo::*list) {
   std::array<std::size_t, kEffects + 1> places{};
   for (std::size_t k = 0; k < kEffects; ++k) {
     places[k] = first;

@@ -43,15 +43,13 @@ class EffectMachine {
 
   const MachineParameters<T>& base() const { return base_; }
 
-  State initial() const {
-    return {{local_[0], local_[1]}, {local_[2], local_[3]}, {local_[4], local_[5]}};
-  }
+  State initial() const { return {{local_[0], local_[1]}, {local_[2], local_[3]}, {local_[4], local_[5]}}; }
 
   // Everything that follows from a state and its inputs at one instant.
   struct Inside {
     T w_r{};
-    Cx<T> i;       // terminals, A
-    Cx<T> e_s;     // dpsi_s/dt in the stationary frame, V
+    Cx<T> i;        // terminals, A
+    Cx<T> e_s;      // dpsi_s/dt in the stationary frame, V
     Cx<T> i_rotor;  // into the cage, A
   };
 
@@ -79,7 +77,8 @@ class EffectMachine {
     v = v - scaled(base_.R_s, asymmetry);
     out.i = scaled(1.0 / (1.0 + iron.at_stator * R_s), i.stator + scaled(iron.at_stator, v));
     out.e_s = v - scaled(R_s, out.i);
-    out.i_rotor = scaled(1.0 / (1.0 + iron.at_rotor * base_.R_r), i.rotor - turned(iron.at_rotor * out.w_r, x.psi_r));
+    out.i_rotor =
+        scaled(1.0 / (1.0 + iron.at_rotor * base_.R_r), i.rotor - turned(iron.at_rotor * out.w_r, x.psi_r));
     return out;
   }
 

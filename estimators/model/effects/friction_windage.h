@@ -17,12 +17,22 @@ class FrictionWindage : public EffectLaw<T> {
       {"coulomb_Nm", "Nm", Role::kAmplitude, 0.0, 0.0, 1e4, 0.02},
       {"viscous_Nms", "Nm s", Role::kAmplitude, 0.0, 0.0, 1e3, 1e-4},
       {"windage_Nms2", "Nm s^2", Role::kAmplitude, 0.0, 0.0, 1e2, 1e-6}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr std::size_t kForm1[] = {1};
+  static constexpr std::size_t kForm2[] = {2};
+  static constexpr std::size_t kForm3[] = {0, 1, 2};
+  static constexpr EffectForm kForms[] = {{"Coulomb", kForm0, false, false},
+                                          {"viscous", kForm1, false, false},
+                                          {"windage", kForm2, false, false},
+                                          {"Coulomb, viscous and windage", kForm3, false, true}};
   static constexpr EffectInfo kInfo = {
       "friction_windage",
       "Bearings and fan take torque between the air gap and the shaft",
       "T = c_0 sgn(w) + c_1 w + c_2 |w| w",
       "IEC 60034-2-1, no-load test extrapolated to zero voltage",
       "no-load voltage sweep down to low flux, both directions, or a coast-down",
+      Needs::kTorque,
+      kForms,
       kShared};
 
   FrictionWindage(const T* p, const T*) : p_(p), active_(live(p, 3)) {}

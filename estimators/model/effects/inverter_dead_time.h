@@ -19,12 +19,16 @@ class InverterDeadTime : public EffectLaw<T> {
   static constexpr EffectParameter kShared[] = {
       {"drop_V", "V", Role::kAmplitude, 0.0, -2.0, 100.0, 0.1},
       {"width_A", "A", Role::kShape, 0.3, 1e-3, 100.0, 0.1, kWidths}};
+  static constexpr std::size_t kForm0[] = {0, 1};
+  static constexpr EffectForm kForms[] = {{"drop", kForm0, false, false}};
   static constexpr EffectInfo kInfo = {
       "inverter_dead_time",
       "The inverter loses a voltage against the sign of each phase current: dead time and device drop",
       "v = v_given - drop sign(i) in each phase",
       "Jeong and Park 1991, IEEE Trans. Industrial Electronics",
       "current sweep at DC or low frequency",
+      Needs::kSeries,
+      kForms,
       kShared};
 
   InverterDeadTime(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
@@ -37,7 +41,8 @@ class InverterDeadTime : public EffectLaw<T> {
     const std::array<T, 3> phases{i.re, kHalfRoot3 * i.im - 0.5 * i.re, -(kHalfRoot3 * i.im) - 0.5 * i.re};
     std::array<T, 3> signs;
     for (std::size_t x = 0; x < 3; ++x) signs[x] = phases[x] / sqrt(phases[x] * phases[x] + p_[1] * p_[1]);
-    const Cx<T> loss((2.0 * signs[0] - signs[1] - signs[2]) * (1.0 / 3.0), (signs[1] - signs[2]) * (kHalfRoot3 / 1.5));
+    const Cx<T> loss((2.0 * signs[0] - signs[1] - signs[2]) * (1.0 / 3.0),
+                     (signs[1] - signs[2]) * (kHalfRoot3 / 1.5));
     v = v - scaled(p_[0], loss * conj(turn));
   }
 

@@ -22,17 +22,26 @@ class LeakageSaturation : public EffectLaw<T> {
       {"place", "1", Role::kShape, 0.0, 0.0, 1.0, 0.5, kPlaces},
       {"settling", "1", Role::kShape, 0.0, 0.0, 50.0, 0.5},
       {"psi_ref_Wb", "Wb", Role::kConstant, 0.1, 1e-6, 1e6, 0.1}};
+  static constexpr std::size_t kForm0[] = {0, 1};
+  static constexpr std::size_t kForm1[] = {0, 1, 3};
+  static constexpr std::size_t kForm2[] = {0, 1, 2, 3};
+  static constexpr EffectForm kForms[] = {{"power law", kForm0, false, false},
+                                          {"settling law", kForm1, false, true},
+                                          {"settling law, placed", kForm2, false, true}};
   static constexpr EffectInfo kInfo = {
       "leakage_saturation",
       "The leakage paths saturate: the leakage inductance falls at high current",
       "i = psi_l (1 + extra (|psi_l|/psi_ref)^n) / L_l",
       "Lipo and Consoli 1984, IEEE Trans. Industry Applications; Proca and Keyhani 2002 (L_l against I)",
       "locked-like test at one frequency with the current swept to several times rated",
+      Needs::kAnything,
+      kForms,
       kShared};
 
   LeakageSaturation(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
 
-  void magnetics(const MachineParameters<T>& base, const Cx<T>& psi_s, const Cx<T>& psi_r, Currents<T>& i) const {
+  void magnetics(const MachineParameters<T>& base, const Cx<T>& psi_s, const Cx<T>& psi_r,
+                 Currents<T>& i) const {
     if (!active_) return;
     const T weight = 1.0 + p_[2] * base.L_l / base.L_m;
     const Cx<T> psi = psi_s - scaled(weight, psi_r);

@@ -23,17 +23,26 @@ class MagnetizingSaturation : public EffectLaw<T> {
       {"place", "1", Role::kShape, 0.5, 0.0, 1.0, 0.2, kPlaces},
       {"settling", "1", Role::kShape, 0.0, 0.0, 10.0, 0.2},
       {"psi_ref_Wb", "Wb", Role::kConstant, 0.5, 1e-6, 1e6, 0.1}};
+  static constexpr std::size_t kForm0[] = {0, 1};
+  static constexpr std::size_t kForm1[] = {0, 1, 2};
+  static constexpr std::size_t kForm2[] = {0, 1, 2, 3};
+  static constexpr EffectForm kForms[] = {{"power law", kForm0, false, false},
+                                          {"power law, placed", kForm1, false, true},
+                                          {"settling law, placed", kForm2, false, true}};
   static constexpr EffectInfo kInfo = {
       "magnetizing_saturation",
       "The iron of the main flux saturates: the magnetizing current grows faster than the flux",
       "i_m = psi (1 + extra (|psi|/psi_ref)^n) / L_m",
       "Levi 1995, IEEE Trans. Energy Conversion; Proca and Keyhani 2002 (L_m against I_d)",
       "no-load voltage sweep, 20 to 120 % of rated flux at one frequency",
+      Needs::kAnything,
+      kForms,
       kShared};
 
   MagnetizingSaturation(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
 
-  void magnetics(const MachineParameters<T>& base, const Cx<T>& psi_s, const Cx<T>& psi_r, Currents<T>& i) const {
+  void magnetics(const MachineParameters<T>& base, const Cx<T>& psi_s, const Cx<T>& psi_r,
+                 Currents<T>& i) const {
     if (!active_) return;
     const Cx<T> psi = psi_r + scaled(1.0 - p_[2], psi_s - psi_r);
     const Cx<T> extra = scaled(saturation_share(psi, p_[0], p_[1], p_[3], p_[4]) / base.L_m, psi);

@@ -41,10 +41,13 @@ SharedVector<double> shared_vector(const Model& model) {
   for (std::size_t entry = kBase; entry < kShared; ++entry) out[entry] = shared_parameter(entry).neutral;
   for (const ActiveEffect& effect : model.effects) {
     const auto number = effect_number(effect.name);
-    if (!number) throw Error("model \"" + model.name + "\"", "has the effect \"" + effect.name + "\"", "imrig model effects lists those there are");
+    if (!number)
+      throw Error("model \"" + model.name + "\"", "has the effect \"" + effect.name + "\"",
+                  "imrig model effects lists those there are");
     for (const auto& [name, parameter] : effect.parameters) {
       const auto list = kEffectInfos[*number].shared;
-      const auto found = std::find_if(list.begin(), list.end(), [&](const EffectParameter& p) { return name == p.name; });
+      const auto found =
+          std::find_if(list.begin(), list.end(), [&](const EffectParameter& p) { return name == p.name; });
       if (found == list.end()) throw Error("effect " + effect.name, "has no parameter \"" + name + "\"");
       out[kSharedPlace[*number] + static_cast<std::size_t>(found - list.begin())] = parameter.value;
     }

@@ -12,15 +12,19 @@ namespace imrig::est {
 template <class T>
 class RotorHeating : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kShared[] = {
-      {"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4}};
-  static constexpr EffectParameter kLocal[] = {{"warmth", "1", Role::kAmplitude, 0.0, -0.5, 1.0, 0.01}};
+  static constexpr EffectParameter kShared[] = {{"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4}};
+  static constexpr EffectParameter kLocal[] = {{"warmth", "1", Role::kAmplitude, 0.0, -0.5, 1.0, 0.015}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr EffectForm kForms[] = {{"by winding temperature", kForm0, false, false},
+                                          {"by record", {}, true, false}};
   static constexpr EffectInfo kInfo = {
       "rotor_heating",
       "The rotor cage heats up: R_r changes with temperature, hence with time and load history",
       "R_r = R_1 (1 + per_K (T_stator - T_mean)), or a value of its own for each record",
       "IEC 60034-2-1 (temperature coefficient); Proca and Keyhani 2002 (13)",
       "the same points cold and hot, in random order",
+      Needs::kAnything,
+      kForms,
       kShared,
       kLocal};
 

@@ -22,16 +22,21 @@ class RotorSkinEffect : public EffectLaw<T> {
       {"k6_ohm_s", "ohm s", Role::kAmplitude, 0.0, 0.0, 1.0, 2e-5},
       {"rise", "1", Role::kAmplitude, 0.0, 0.0, 20.0, 0.02},
       {"corner_rad_s", "rad/s", Role::kShape, 200.0, 5.0, 5000.0, 50.0, kCorners}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr std::size_t kForm1[] = {1, 2};
+  static constexpr EffectForm kForms[] = {{"line", kForm0, false, false},
+                                          {"two layers", kForm1, false, false}};
   static constexpr EffectInfo kInfo = {
       "rotor_skin_effect",
       "The rotor current crowds into the top of the bars: R_r grows with slip frequency",
       "R_r(w_s) = R_1 + k6 w_s; two layers: R_r (1 + rise) far above the corner",
       "Proca and Keyhani 2002 (13); Levy, Landy and McCulloch 1990, IEE Proc. B (two layers)",
       "low-current locked-like frequency sweep at constant temperature",
+      Needs::kAnything,
+      kForms,
       kShared};
 
-  RotorSkinEffect(const T* p, const T*)
-      : p_(p), line_(live(p, 1)), layer_(live(p + 1, 1)) {}
+  RotorSkinEffect(const T* p, const T*) : p_(p), line_(live(p, 1)), layer_(live(p + 1, 1)) {}
 
   void skin(T& factor, const Cx<T>& psi_r, const Cx<T>& i_r) const {
     if (!line_) return;

@@ -1,6 +1,6 @@
 #pragma once
-// The curve that both saturations use: what a flux of length |psi| adds to the current of a linear inductance,
-// relative to that current,
+// The curve that both saturations use: what a flux of length |psi| adds to the current of a linear
+// inductance, relative to that current,
 //   g(u) = extra u^n (1 + c) / (1 + c u^n),  u = |psi| / psi_ref
 // extra is the share at the reference flux; n sets how sharply the knee comes; c > 0 lets the slope settle
 // beyond it (g -> extra (1 + c) / c). The current g(u) psi / L is the gradient of an energy that grows with

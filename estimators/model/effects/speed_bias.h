@@ -11,14 +11,19 @@ template <class T>
 class SpeedBias : public EffectLaw<T> {
  public:
   static constexpr EffectParameter kShared[] = {
-      {"gain", "1", Role::kAmplitude, 0.0, -0.05, 0.05, 2e-4}, {"offset_rad_s", "rad/s", Role::kAmplitude, 0.0, -20.0, 20.0, 0.05}};
-  static constexpr EffectInfo kInfo = {
-      "speed_bias",
-      "The speed channel is biased: the slip is wrong, and R_r with it",
-      "w_r = w_measured (1 + gain) + offset (electrical)",
-      "sensor chain",
-      "second speed reference; slip of the unloaded motor",
-      kShared};
+      {"gain", "1", Role::kAmplitude, 0.0, -0.05, 0.05, 2e-4},
+      {"offset_rad_s", "rad/s", Role::kAmplitude, 0.0, -20.0, 20.0, 0.05}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr std::size_t kForm1[] = {1};
+  static constexpr EffectForm kForms[] = {{"gain", kForm0, false, false}, {"offset", kForm1, false, false}};
+  static constexpr EffectInfo kInfo = {"speed_bias",
+                                       "The speed channel is biased: the slip is wrong, and R_r with it",
+                                       "w_r = w_measured (1 + gain) + offset (electrical)",
+                                       "sensor chain",
+                                       "second speed reference; slip of the unloaded motor",
+                                       Needs::kAnything,
+                                       kForms,
+                                       kShared};
 
   SpeedBias(const T* p, const T*) : p_(p), active_(live(p, 2)) {}
 

@@ -10,15 +10,19 @@ namespace imrig::est {
 template <class T>
 class StatorHeating : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kShared[] = {
-      {"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4}};
-  static constexpr EffectParameter kLocal[] = {{"warmth", "1", Role::kAmplitude, 0.0, -0.5, 1.0, 0.01}};
+  static constexpr EffectParameter kShared[] = {{"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4}};
+  static constexpr EffectParameter kLocal[] = {{"warmth", "1", Role::kAmplitude, 0.0, -0.5, 1.0, 0.03}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr EffectForm kForms[] = {{"by winding temperature", kForm0, false, false},
+                                          {"by record", {}, true, false}};
   static constexpr EffectInfo kInfo = {
       "stator_heating",
       "The stator winding heats up: R_s changes with its temperature",
       "R_s = R_s0 (1 + per_K (T_stator - T_mean)), or a value of its own for each record",
       "IEC 60034-1 (copper: 1/(235 + T))",
       "DC resistance at several winding temperatures",
+      Needs::kAnything,
+      kForms,
       kShared,
       kLocal};
 

@@ -13,12 +13,16 @@ class StrayLoadLoss : public EffectLaw<T> {
  public:
   static constexpr EffectParameter kShared[] = {
       {"drag_Nm_per_A2", "Nm/A^2", Role::kAmplitude, 0.0, 0.0, 10.0, 1e-4}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr EffectForm kForms[] = {{"drag", kForm0, false, false}};
   static constexpr EffectInfo kInfo = {
       "stray_load_loss",
       "Under load the machine loses more than its resistances, its iron and its bearings take",
       "T_lost = drag |i_r|^2",
       "IEC 60034-2-1 (additional load losses from P(T^2)); IEEE 112 method B",
       "temperature-corrected regression of the residual loss on T^2",
+      Needs::kTorque,
+      kForms,
       kShared};
 
   StrayLoadLoss(const T* p, const T*) : p_(p), active_(live(p, 1)) {}

@@ -10,15 +10,17 @@ namespace imrig::est {
 template <class T>
 class VoltageLag : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kShared[] = {
-      {"lag_s", "s", Role::kAmplitude, 0.0, -2e-3, 2e-3, 2e-6}};
-  static constexpr EffectInfo kInfo = {
-      "voltage_lag",
-      "The voltage channels lag the current channels by a fixed time",
-      "v = v_given + lag dv/dt",
-      "sensor chain; facts of measurement, not of the motor",
-      "frequency sweep with a reference channel; swap channels",
-      kShared};
+  static constexpr EffectParameter kShared[] = {{"lag_s", "s", Role::kAmplitude, 0.0, -2e-3, 2e-3, 2e-6}};
+  static constexpr std::size_t kForm0[] = {0};
+  static constexpr EffectForm kForms[] = {{"lag", kForm0, false, false}};
+  static constexpr EffectInfo kInfo = {"voltage_lag",
+                                       "The voltage channels lag the current channels by a fixed time",
+                                       "v = v_given + lag dv/dt",
+                                       "sensor chain; facts of measurement, not of the motor",
+                                       "frequency sweep with a reference channel; swap channels",
+                                       Needs::kAnything,
+                                       kForms,
+                                       kShared};
 
   VoltageLag(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
 

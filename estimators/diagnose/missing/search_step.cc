@@ -1,0 +1,195 @@
+#include "estimators/diagnose/missing/search_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimators/model/effects/registry.h"
+
+namespace imrig::est {
+
+namespace {
+
+constexpr double kWorthTrying = 16.0;       // lambda of the score, in units of the misfit a value
+constexpr double kShareWorthTrying = 0.03;  // of the largest lambda
+constexpr double kLargeShare = 0.05;        // of the misfit
+constexpr double kLocalGain = 4.0;          // drop of chi2 for each record's own unknown, in the same units
+constexpr double kRicherGain = 0.02;        // share of the excess that a richer form must take away
+constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
+constexpr std::size_t kMostEnriched = 3;
+constexpr double kLocalTold = 3.0;
+constexpr double kSimpler =
+    3.0;  // a value for each record must leave so many times less than one law for all
+
+double values_of(const Trial& trial) { return static_cast<double>(trial.model.fit.values); }
+
+double scale_of(const Trial& trial) { return std::max(1.0, trial.chi2 / std::max(1.0, trial.model.fit.dof)); }
+
+// A sensor error must stand clear of its accuracy.
+bool beyond_accuracy(const Trial& trial, const Trial& base) {
+  double z2 = 0.0;
+  bool admitted = false;
+  for (const Prior& p : base.model.priors) {
+    if (p.entry < kBase || effect_of_shared(p.entry) != trial.candidate.effect) continue;
+    admitted = true;
+    z2 += std::pow((trial.model.at.shared[p.entry] - p.value) / p.sigma, 2);
+  }
+  return !admitted || z2 > kSure * kSure;
+}
+
+// A change that is forecast to be far too small for a claim is not tried, unless the forecast is one of
+// something large, which may be wrong.
+bool worth_trying(const GlobalProblem& problem, const Score& score, const Trial& base) {
+  if (score.change.empty() || score.lambda > kLargeShare * base.chi2) return true;
+  double size = 0.0;
+  for (std::size_t k = 0; k < score.change.size(); ++k)
+    size = std::max(
+        size, std::abs(score.change[k]) / material_size(problem, base.model.at.shared, score.amplitudes[k]));
+  return size > 0.5;
+}
+
+bool claimable(const Trial& trial, const Trial& base, std::size_t records) {
+  if (!trial.sound || trial.size < 1.0 || !beyond_accuracy(trial, base)) return false;
+  if (form_of(trial.candidate).local) {
+    const double own = static_cast<double>(records * local_entries(trial.candidate).size());
+    return base.chi2 - trial.chi2 > kLocalGain * own * scale_of(trial) &&
+           surely_better(trial, base) > kLocalTold;
+  }
+  return trial.wald > kSure && surely_better(trial, base) > 1.0 && base.left_out_chi2 > trial.left_out_chi2;
+}
+
+// One law for all records is preferred to a value for each, unless it leaves much more unexplained.
+void prefer_laws(const SearchStep& step, std::vector<std::size_t>& claims, double values) {
+  if (claims.empty() || !form_of(step.trials[claims.front()].candidate).local) return;
+  const double least = excess(step.trials[claims.front()], values);
+  const double whole = excess(step.base, values);
+  for (std::size_t k = 1; k < claims.size(); ++k) {
+    const Trial& other = step.trials[claims[k]];
+    if (form_of(other.candidate).local || excess(other, values) > kSimpler * least + kSameShare * whole)
+      continue;
+    std::rotate(claims.begin(), claims.begin() + static_cast<std::ptrdiff_t>(k),
+                claims.begin() + static_cast<std::ptrdiff_t>(k) + 1);
+    return;
+  }
+}
+
+void find_confusable(SearchStep& step, double values) {
+  if (step.claims.empty()) return;
+  const Trial& best = step.trials[step.claims.front()];
+  step.confusable = {step.claims.front()};
+  const double whole = excess(step.base, values);
+  for (const std::size_t k : step.claims) {
+    const Trial& other = step.trials[k];
+    if (other.candidate.effect == best.candidate.effect) continue;
+    const bool named = std::any_of(step.confusable.begin(), step.confusable.end(), [&](std::size_t c) {
+      return step.trials[c].candidate.effect == other.candidate.effect;
+    });
+    if (named) continue;
+    if (form_of(best.candidate).local != form_of(other.candidate).local) continue;  // decided by prefer_laws
+    const double behind = other.left_out_chi2 - best.left_out_chi2;
+    if (surely_better(best, other) < kTold || behind < kSameShare * whole) step.confusable.push_back(k);
+  }
+}
+
+const Candidate& active_form(const WorkingModel& model, std::size_t effect) {
+  return *std::find_if(model.active.begin(), model.active.end(),
+                       [&](const Candidate& c) { return c.effect == effect; });
+}
+
+// The forms of the claims that come close to the best are made as rich as the data ask, before they are
+// compared: twins differ in their forms.
+void enrich_claims(const GlobalProblem& problem, SearchStep& step, const std::vector<std::size_t>& claims,
+                   double values) {
+  if (claims.empty()) return;
+  const double close =
+      std::max(kClose * excess(step.trials[claims.front()], values), kCloseShare * excess(step.base, values));
+  std::vector<std::size_t> done;
+  for (const std::size_t k : claims) {
+    const std::size_t effect = step.trials[k].candidate.effect;
+    if (done.size() == kMostEnriched || std::find(done.begin(), done.end(), effect) != done.end()) continue;
+    if (excess(step.trials[k], values) > close) continue;
+    done.push_back(effect);
+    step.trials[k] = enriched(problem, step.trials[k], effect);
+  }
+}
+
+void sort_and_claim(SearchStep& step, std::size_t records) {
+  std::stable_sort(step.trials.begin(), step.trials.end(),
+                   [](const Trial& a, const Trial& b) { return a.left_out_chi2 < b.left_out_chi2; });
+  step.claims.clear();
+  for (std::size_t k = 0; k < step.trials.size(); ++k) {
+    if (claimable(step.trials[k], step.base, records)) step.claims.push_back(k);
+  }
+}
+
+}  // namespace
+
+Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect) {
+  Trial best = trial;
+  const auto forms = kEffectInfos[effect].forms;
+  for (std::size_t f = active_form(best.model, effect).form + 1; f < forms.size(); ++f) {
+    if (!forms[f].richer) continue;
+    Trial richer = try_form(problem, best.model, {effect, f}, problem.fitted());
+    const double values = static_cast<double>(best.model.fit.values);
+    const double won = best.left_out_chi2 - richer.left_out_chi2;
+    const double above = std::max(0.0, best.left_out_chi2 - values);
+    if (richer.sound && won > kRicherGain * above && won > kSure * kSure && surely_better(richer, best) > 1.0)
+      best = std::move(richer);
+  }
+  return best;
+}
+
+double excess(const Trial& trial, double values) { return std::max(0.0, trial.left_out_chi2 - values); }
+
+std::vector<Candidate> candidates_for(const GlobalProblem& problem, const WorkingModel& model) {
+  const bool series = std::any_of(problem.entries().begin(), problem.entries().end(),
+                                  [](const auto& e) { return e.series != nullptr; });
+  std::vector<Candidate> out;
+  for (std::size_t k = 0; k < kEffects; ++k) {
+    if (model.has(k)) continue;
+    const EffectInfo& info = kEffectInfos[k];
+    if (info.needs == Needs::kTorque && !problem.has_torque()) continue;
+    if (info.needs == Needs::kSeries && !series) continue;
+    const std::string_view name = info.name;
+    const bool heat = name == "rotor_heating" || name == "stator_heating";
+    for (std::size_t f = 0; f < info.forms.size(); ++f) {
+      if (info.forms[f].richer) continue;
+      if (heat && !info.forms[f].local && !problem.has_stator_C()) continue;
+      if (info.forms[f].local && !series) continue;
+      out.push_back({k, f});
+    }
+  }
+  return out;
+}
+
+SearchStep search_step(const GlobalProblem& problem, Trial base, const SearchReport& report) {
+  SearchStep step;
+  const auto which = problem.fitted();
+  const auto tell = [&](const std::string& what, std::size_t done, std::size_t total) {
+    if (report) report({what, done, total});
+  };
+  step.base = std::move(base);
+  tell("ranking", 0, 1);
+  step.ranking = score_test(problem, step.base.model, candidates_for(problem, step.base.model), which);
+  std::vector<const Score*> wanted;
+  const double largest = step.ranking.scores.empty() ? 0.0 : step.ranking.scores.front().lambda;
+  const double least =
+      std::max(kWorthTrying * std::max(1.0, 0.2 * scale_of(step.base)), kShareWorthTrying * largest);
+  for (const Score& score : step.ranking.scores) {
+    if (wanted.size() < kMostTrials && score.lambda > least && worth_trying(problem, score, step.base))
+      wanted.push_back(&score);
+  }
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    tell(name_of(wanted[k]->candidate), k, wanted.size());
+    step.trials.push_back(try_adding(problem, step.base.model, *wanted[k], which));
+  }
+  tell("done", wanted.size(), wanted.size());
+  const double values = values_of(step.base);
+  sort_and_claim(step, which.size());
+  enrich_claims(problem, step, step.claims, values);
+  sort_and_claim(step, which.size());
+  prefer_laws(step, step.claims, values);
+  find_confusable(step, values);
+  return step;
+}
+
+}  // namespace imrig::est

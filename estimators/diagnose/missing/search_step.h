@@ -1,0 +1,49 @@
+#pragma once
+// One step of the search: rank every effect that is not in the model, refit the best of them, decide.
+//
+// An effect is claimed when its refit settles inside its bounds, its amplitude stands kSure standard errors
+// (from record to record) off neutral and is large enough to matter, and the records left out are predicted
+// better. Claims are compared on records left out; those that these data cannot tell from the best make one
+// confusable set.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "estimators/diagnose/missing/trial.h"
+
+namespace imrig::est {
+
+inline constexpr double kSure =
+    4.0;  // standard errors; 16 candidates at a family-wise 1 % want 3.2 with many records
+inline constexpr double kTold = 2.0;        // standard errors between two models on records left out
+inline constexpr double kSameShare = 0.03;  // of the whole excess: forms are never exact
+inline constexpr std::size_t kMostTrials = 9;
+
+struct SearchProgress {
+  std::string what;
+  std::size_t done = 0, total = 0;
+};
+using SearchReport = std::function<void(const SearchProgress&)>;
+
+struct SearchStep {
+  Trial base;  // the model as it is, refitted
+  ScoreTest ranking;
+  std::vector<Trial> trials;        // best first, judged on records left out
+  std::vector<std::size_t> claims;  // trials that may be claimed; the first is the best
+  std::vector<std::size_t>
+      confusable;  // trials that cannot be told from the best, itself first; empty without a claim
+};
+
+// Forms of inactive effects that these data can show at all.
+std::vector<Candidate> candidates_for(const GlobalProblem& problem, const WorkingModel& model);
+
+SearchStep search_step(const GlobalProblem& problem, Trial base, const SearchReport& report);
+
+// Richer forms of one active effect, kept where records left out ask for them.
+Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect);
+
+// Excess of chi2 over what the best of these fits leaves a value.
+double excess(const Trial& trial, double values);
+
+}  // namespace imrig::est

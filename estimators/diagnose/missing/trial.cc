@@ -1,0 +1,212 @@
+#include "estimators/diagnose/missing/trial.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "estimators/model/effects/registry.h"
+
+namespace imrig::est {
+
+namespace {
+
+// Trials are compared by far more than these.
+constexpr double kTrialTolerance = 1e-5;
+constexpr double kTrialEnough = 0.5;
+
+// Each record judged by parameters that it had no part in: with s_r and H_r its reduced gradient and normal
+// matrix, theta moves by (H - H_r)^-1 s_r when it is left out.
+std::vector<double> left_out(const GlobalTerms& terms) {
+  std::vector<double> out;
+  const auto n = terms.normal.rows();
+  for (std::size_t k = 0; k < terms.records.size(); ++k) {
+    Eigen::MatrixXd rest = terms.normal - terms.normals[k];
+    const Eigen::VectorXd scale = terms.normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    Eigen::MatrixXd scaled = scale.asDiagonal() * rest * scale.asDiagonal();
+    scaled += 1e-9 * Eigen::MatrixXd::Identity(n, n);
+    const Eigen::VectorXd step =
+        scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * terms.scores[k]);
+    const double more = 2.0 * terms.scores[k].dot(step) + step.dot(terms.normals[k] * step);
+    out.push_back(terms.records[k].chi2 + std::max(0.0, more));
+  }
+  return out;
+}
+
+void check(const GlobalFit& fit, Trial& trial) {
+  if (!std::isfinite(fit.chi2)) {
+    trial.unsound = "the fit failed";
+    return;
+  }
+  if (!fit.converged) {
+    trial.unsound = "the fit did not settle";
+    return;
+  }
+  trial.sound = true;
+}
+
+// Wald statistic of the amplitudes with the covariance from record to record.
+void add_strength(const GlobalProblem& problem, Trial& trial) {
+  const GlobalFit& fit = trial.model.fit;
+  std::vector<Eigen::Index> rows;
+  std::vector<double> values;
+  for (std::size_t m = 0; m < fit.free.shared.size(); ++m) {
+    const std::size_t e = fit.free.shared[m];
+    if (e < kBase || effect_of_shared(e) != trial.candidate.effect ||
+        shared_parameter(e).role != Role::kAmplitude)
+      continue;
+    rows.push_back(static_cast<Eigen::Index>(m));
+    values.push_back(fit.at.shared[e] - shared_parameter(e).neutral);
+    trial.size = std::max(trial.size, std::abs(values.back()) / material_size(problem, fit.at.shared, e));
+  }
+  if (rows.empty()) return;
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  double wald = 0.0;
+  // The most certain of its amplitudes speaks for the effect.
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const Eigen::Index r = rows[static_cast<std::size_t>(a)];
+    const double variance = fit.covariance(r, r);
+    if (variance > 0.0)
+      wald = std::max(wald, std::abs(values[static_cast<std::size_t>(a)]) / std::sqrt(variance));
+  }
+  trial.wald = wald;
+}
+
+// Of effects whose amplitudes belong to the records: how large they are, and how their mean square compares
+// with what is not known about them.
+void add_local_strength(const GlobalProblem& problem, const std::vector<std::size_t>& which, Trial& trial) {
+  const auto locals = local_entries(trial.candidate);
+  double size2 = 0.0;
+  std::size_t n = 0;
+  for (const std::size_t k : which) {
+    if (problem.locals_of(k, locals).empty()) continue;
+    for (const std::size_t e : locals) {
+      if (e < kStates) continue;
+      size2 += std::pow(trial.model.at.local[k][e] / local_parameter(e).scale, 2);
+      ++n;
+    }
+  }
+  if (n > 0) trial.size = std::sqrt(size2 / static_cast<double>(n));
+}
+
+Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& candidate,
+          const std::vector<std::size_t>& which) {
+  Trial trial;
+  trial.candidate = candidate;
+  GlobalFitOptions options;
+  options.priors = model.priors;
+  options.tolerance = kTrialTolerance;
+  options.enough = kTrialEnough;
+  const Freedom free = model.freedom();
+  model.fit = fit_global(problem, model.at, free, which, options);
+  model.at = model.fit.at;
+  trial.chi2 = model.fit.chi2;
+  trial.left_out = left_out(model.fit.terms);
+  model.fit.terms = {};  // as large as the data's normal equations, and not needed again
+  for (const double x : trial.left_out) trial.left_out_chi2 += x;
+  check(model.fit, trial);
+  trial.model = std::move(model);
+  add_strength(problem, trial);
+  if (form_of(candidate).local) add_local_strength(problem, which, trial);
+  return trial;
+}
+
+}  // namespace
+
+double Judgement::nrmse() const { return signal2 > 0.0 ? std::sqrt(error2 / signal2) : kMissing; }
+double Judgement::floor() const {
+  return signal2 > 0.0 && noise2 > 0.0 ? std::sqrt(noise2 / signal2) : kMissing;
+}
+double Judgement::chi2_per_value() const { return values > 0.0 ? chi2 / values : kMissing; }
+
+Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::vector<std::size_t>& which) {
+  return run(problem, model, model.active.empty() ? Candidate{} : model.active.back(), which);
+}
+
+Trial try_adding(const GlobalProblem& problem, const WorkingModel& model, const Score& score,
+                 const std::vector<std::size_t>& which) {
+  WorkingModel next = model;
+  next.at.shared = model.at.shared;
+  const SharedVector<double> shapes = scanned(model, score.scan);
+  next.active.push_back(score.candidate);
+  std::erase_if(next.priors, [&](const Prior& p) {
+    return p.entry >= kBase && effect_of_shared(p.entry) == score.candidate.effect;
+  });
+  for (std::size_t e = kSharedPlace[score.candidate.effect]; e < kSharedPlace[score.candidate.effect + 1];
+       ++e) {
+    if (shared_parameter(e).role == Role::kShape) next.at.shared[e] = shapes[e];
+  }
+  for (std::size_t k = 0; k < score.amplitudes.size(); ++k) {
+    const EffectParameter& p = shared_parameter(score.amplitudes[k]);
+    double start = k < score.change.size() ? p.neutral + score.change[k] : p.scale;
+    if (start == p.neutral) start = p.neutral + p.scale;
+    next.at.shared[score.amplitudes[k]] =
+        std::clamp(start, std::max(p.low, -100.0 * p.scale), std::min(p.high, 200.0 * p.scale));
+  }
+  return run(problem, std::move(next), score.candidate, which);
+}
+
+Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Candidate& form,
+               const std::vector<std::size_t>& which) {
+  WorkingModel next = model;
+  for (Candidate& c : next.active) {
+    if (c.effect == form.effect) c = form;
+  }
+  for (const std::size_t e : shared_entries(form)) {
+    const EffectParameter& p = shared_parameter(e);
+    if (p.role == Role::kAmplitude && next.at.shared[e] == p.neutral) next.at.shared[e] = p.neutral + p.scale;
+  }
+  return run(problem, std::move(next), form, which);
+}
+
+Trial try_removing(const GlobalProblem& problem, const WorkingModel& model, std::size_t effect,
+                   const std::vector<std::size_t>& which) {
+  WorkingModel next = model;
+  std::erase_if(next.active, [&](const Candidate& c) { return c.effect == effect; });
+  for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
+    if (shared_parameter(e).role == Role::kAmplitude) next.at.shared[e] = shared_parameter(e).neutral;
+  }
+  for (LocalVector<double>& local : next.at.local) {
+    for (std::size_t e = kLocalPlace[effect]; e < kLocalPlace[effect + 1]; ++e)
+      local[e] = local_parameter(e).neutral;
+  }
+  return run(problem, std::move(next), next.active.empty() ? Candidate{} : next.active.back(), which);
+}
+
+Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
+                const std::vector<std::size_t>& which) {
+  Judgement out;
+  GlobalPoint at = model.at;
+  const Freedom free = model.freedom();
+  problem.settle(at, free.local, which);
+  const GlobalTerms terms = problem.evaluate(at, {{}, free.local}, which);
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    const RecordTerms& r = terms.records[k];
+    out.error2 += r.error2;
+    out.signal2 += r.signal2;
+    out.chi2 += r.chi2;
+    out.values +=
+        static_cast<double>(r.values) - static_cast<double>(problem.locals_of(which[k], free.local).size());
+    const auto& entry = problem.entries()[which[k]];
+    if (entry.whitener) out.noise2 += entry.whitener->noise_power_A2() * 0.5 * static_cast<double>(r.values);
+  }
+  return out;
+}
+
+double surely_better(const Trial& a, const Trial& b) {
+  const std::size_t n = std::min(a.left_out.size(), b.left_out.size());
+  if (n < 2) return 0.0;
+  double mean = 0.0, square = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double d = b.left_out[k] - a.left_out[k];
+    mean += d;
+    square += d * d;
+  }
+  mean /= static_cast<double>(n);
+  const double variance =
+      std::max(square / static_cast<double>(n) - mean * mean, 1e-12) / static_cast<double>(n - 1);
+  return mean / std::sqrt(variance);
+}
+
+}  // namespace imrig::est

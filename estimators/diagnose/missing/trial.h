@@ -1,0 +1,56 @@
+#pragma once
+// A model refitted with one change (an effect more, a richer form, an effect less), judged on what it was not
+// fitted to: each record by the parameters that the other records give (leave one record out, to first order
+// from the normal equations), and the hold-out records.
+
+#include <string>
+#include <vector>
+
+#include "estimators/diagnose/missing/score_test.h"
+
+namespace imrig::est {
+
+struct Trial {
+  Candidate candidate;  // what was added
+  WorkingModel model;
+  bool sound = false;
+  std::string unsound;           // why not
+  double chi2 = 0.0;             // of the fitted entries
+  double left_out_chi2 = 0.0;    // sum over records, each judged by the others
+  std::vector<double> left_out;  // of each fitted entry
+  double wald = 0.0;             // sqrt of the Wald statistic of its amplitudes, from record to record
+  double size = 0.0;             // largest amplitude over what matters to an engineer
+};
+
+// Sums over records.
+struct Judgement {
+  double error2 = 0.0, signal2 = 0.0, noise2 = 0.0;  // A^2
+  double chi2 = 0.0, values = 0.0;
+  double nrmse() const;
+  double floor() const;
+  double chi2_per_value() const;
+};
+
+// The current model refitted by itself.
+Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::vector<std::size_t>& which);
+
+// With `score`'s candidate added, started from its forecast.
+Trial try_adding(const GlobalProblem& problem, const WorkingModel& model, const Score& score,
+                 const std::vector<std::size_t>& which);
+
+// With the form of an active effect replaced.
+Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Candidate& form,
+               const std::vector<std::size_t>& which);
+
+Trial try_removing(const GlobalProblem& problem, const WorkingModel& model, std::size_t effect,
+                   const std::vector<std::size_t>& which);
+
+// What the model makes of entries whose own unknowns are estimated and nothing else.
+Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
+                const std::vector<std::size_t>& which);
+
+// How surely a is better than b on records left out: mean difference over its standard error, record by
+// record.
+double surely_better(const Trial& a, const Trial& b);
+
+}  // namespace imrig::est

@@ -1,0 +1,175 @@
+#include "estimators/diagnose/missing/working_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimators/model/effects/registry.h"
+#include "rig/base/error.h"
+
+namespace imrig::est {
+
+namespace {
+
+constexpr double kNormal975 = 1.959963984540054;
+
+std::size_t entry_named(const char* effect, const char* parameter) {
+  const std::size_t k = *effect_number(effect);
+  const auto list = kEffectInfos[k].shared;
+  const auto found = std::find_if(list.begin(), list.end(),
+                                  [&](const auto& p) { return std::string_view(p.name) == parameter; });
+  return kSharedPlace[k] + static_cast<std::size_t>(found - list.begin());
+}
+
+// The form that an active effect of a model file is in: by name, else the plainest that frees what it holds.
+std::size_t form_number(const ActiveEffect& effect, std::size_t number) {
+  const auto forms = kEffectInfos[number].forms;
+  for (std::size_t k = 0; k < forms.size(); ++k) {
+    if (effect.form == forms[k].name) return k;
+  }
+  if (!effect.form.empty())
+    throw Error("effect " + effect.name, "has no form \"" + effect.form + "\"",
+                "imrig model effects lists the forms");
+  return 0;
+}
+
+// Errors of the sensors that the data set admits to: free inside their accuracy, so that they never come out
+// as physics. Three independent gain errors of sigma make a negative sequence of sigma/sqrt(6) a component.
+void admit(const char* effect, double sigma, WorkingModel& out) {
+  const std::size_t number = *effect_number(effect);
+  if (!(sigma > 0.0) || out.has(number)) return;
+  for (std::size_t e = kSharedPlace[number]; e < kSharedPlace[number + 1]; ++e) {
+    if (shared_parameter(e).unit != std::string_view("1")) continue;
+    out.nuisances.push_back(e);
+    out.priors.push_back({e, shared_parameter(e).neutral, sigma});
+  }
+}
+
+Parameter parameter_of(const WorkingModel& working, std::size_t entry, const char* unit) {
+  Parameter p;
+  p.value = working.at.shared[entry];
+  p.unit = unit;
+  const double sigma = working.fit.sigma(entry);
+  if (std::isfinite(sigma)) {
+    p.ci95_low = p.value - kNormal975 * sigma;
+    p.ci95_high = p.value + kNormal975 * sigma;
+    p.found = "global fit";
+  }
+  return p;
+}
+
+}  // namespace
+
+std::string name_of(const Candidate& candidate) { return kEffectInfos[candidate.effect].name; }
+const EffectForm& form_of(const Candidate& candidate) {
+  return kEffectInfos[candidate.effect].forms[candidate.form];
+}
+
+std::vector<std::size_t> shared_entries(const Candidate& candidate) {
+  std::vector<std::size_t> out;
+  for (const std::size_t k : form_of(candidate).shared) out.push_back(kSharedPlace[candidate.effect] + k);
+  return out;
+}
+
+std::vector<std::size_t> local_entries(const Candidate& candidate) {
+  std::vector<std::size_t> out;
+  static const std::size_t corner = entry_named("rotor_skin_effect", "corner_rad_s");
+  for (const std::size_t entry : shared_entries(candidate)) {
+    if (entry == corner) out = {4, 5};
+  }
+  if (!form_of(candidate).local) return out;
+  for (std::size_t e = kLocalPlace[candidate.effect]; e < kLocalPlace[candidate.effect + 1]; ++e)
+    out.push_back(e);
+  return out;
+}
+
+Freedom WorkingModel::freedom() const {
+  Freedom free{{0, 1, 2, 3}, {0, 1, 2, 3}};
+  for (const Candidate& c : active) {
+    const auto shared = shared_entries(c), local = local_entries(c);
+    free.shared.insert(free.shared.end(), shared.begin(), shared.end());
+    free.local.insert(free.local.end(), local.begin(), local.end());
+  }
+  for (const std::size_t e : nuisances) {
+    if (!has(effect_of_shared(e))) free.shared.push_back(e);
+  }
+  return free;
+}
+
+bool WorkingModel::has(std::size_t effect) const {
+  return std::any_of(active.begin(), active.end(), [&](const Candidate& c) { return c.effect == effect; });
+}
+
+void fill_references(const GlobalProblem& problem, SharedVector<double>& shared) {
+  shared[entry_named("magnetizing_saturation", "psi_ref_Wb")] = problem.largest_flux_Wb();
+  shared[entry_named("leakage_saturation", "psi_ref_Wb")] = problem.largest_current_A() * shared[2];
+}
+
+// The library's figures are those of a motor of a few kilowatts: 20 A, 0.2 ohm, 0.45 Wb.
+double material_size(const GlobalProblem& problem, const SharedVector<double>& shared, std::size_t entry) {
+  const EffectParameter& p = shared_parameter(entry);
+  const std::string_view unit = p.unit;
+  const double current = problem.largest_current_A() / 20.0, flux = problem.largest_flux_Wb() / 0.45;
+  if (unit == "A") return p.scale * current;
+  if (unit == "ohm s") return p.scale * shared[1] / 0.2;
+  if (unit == "V") return p.scale * std::max(0.1, shared[0] * current / 0.4);
+  if (unit == "S" || unit == "S rad/s") return p.scale * current / flux;
+  if (unit == "Nm" || unit == "Nm s" || unit == "Nm s^2") return p.scale * current * flux;
+  if (unit == "Nm/A^2") return p.scale * flux / current;
+  return p.scale;
+}
+
+WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
+  WorkingModel out;
+  SharedVector<double> shared = shared_vector(model);
+  SharedVector<double> referred = shared;
+  fill_references(problem, referred);
+  for (std::size_t k = 0; k < kEffects; ++k) {
+    const bool active = std::any_of(model.effects.begin(), model.effects.end(),
+                                    [&](const auto& e) { return e.name == kEffectInfos[k].name; });
+    for (std::size_t e = kSharedPlace[k]; e < kSharedPlace[k + 1]; ++e) {
+      if (!active) shared[e] = referred[e];
+    }
+  }
+  for (const ActiveEffect& effect : model.effects) {
+    const std::size_t number = *effect_number(effect.name);
+    out.active.push_back({number, form_number(effect, number)});
+  }
+  out.at = problem.start(shared);
+  if (model.R_s.found.starts_with("dc test") && std::isfinite(model.R_s.ci95_high)) {
+    const double sigma = 0.5 * (model.R_s.ci95_high - model.R_s.ci95_low) / kNormal975;
+    out.priors.push_back({0, model.R_s.value, std::max(sigma, 1e-4 * model.R_s.value)});
+  }
+  const Accuracy& accuracy = problem.data().accuracy;
+  admit("supply_unbalance", accuracy.voltage_gain / std::sqrt(6.0), out);
+  admit("current_gain", accuracy.current_gain * std::sqrt(2.0 / 3.0), out);
+  return out;
+}
+
+Model to_model(const Model& before, const WorkingModel& working) {
+  Model model = before;
+  for (std::size_t k = 0; k < kBase; ++k) {
+    const BaseParameter& base = base_parameters()[k];
+    const std::string found = (model.*base.place).found;
+    model.*base.place = parameter_of(working, k, base.unit);
+    if (k == 0 && !working.priors.empty() && working.priors.front().entry == 0)
+      (model.*base.place).found = found;
+  }
+  model.effects.clear();
+  for (const Candidate& c : working.active) {
+    ActiveEffect effect;
+    effect.name = name_of(c);
+    effect.form = form_of(c).name;
+    for (std::size_t e = kSharedPlace[c.effect]; e < kSharedPlace[c.effect + 1]; ++e) {
+      const EffectParameter& p = shared_parameter(e);
+      const bool free = std::isfinite(working.fit.sigma(e));
+      if (p.role == Role::kAmplitude && !free && working.at.shared[e] == p.neutral) continue;
+      effect.parameters[p.name] = parameter_of(working, e, p.unit);
+    }
+    model.effects.push_back(std::move(effect));
+  }
+  return model;
+}
+
+}  // namespace imrig::est

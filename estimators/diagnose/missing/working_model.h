@@ -1,0 +1,52 @@
+#pragma once
+// A model as the global problem sees it while effects come and go: which effects are active in which form,
+// hence what is free, and where the parameters stand.
+
+#include <string>
+#include <vector>
+
+#include "estimators/fit/global/global_fit.h"
+#include "estimators/model/model.h"
+
+namespace imrig::est {
+
+// One effect of the library in one of its forms.
+struct Candidate {
+  std::size_t effect = 0;
+  std::size_t form = 0;
+  friend bool operator==(const Candidate&, const Candidate&) = default;
+};
+
+std::string name_of(const Candidate& candidate);  // of the effect
+const EffectForm& form_of(const Candidate& candidate);
+
+// Entries of the vectors that a candidate frees.
+std::vector<std::size_t> shared_entries(const Candidate& candidate);
+std::vector<std::size_t> local_entries(
+    const Candidate& candidate);  // the deep layer's initial current included
+
+struct WorkingModel {
+  std::vector<Candidate> active;
+  GlobalPoint at;
+  GlobalFit fit;              // of the training entries; its covariance gives the intervals
+  std::vector<Prior> priors;  // R_s as the DC test left it; sensor errors inside their declared accuracy
+  std::vector<std::size_t>
+      nuisances;  // entries that are free inside their accuracy, unless their effect is active
+
+  Freedom freedom() const;
+  bool has(std::size_t effect) const;
+};
+
+// From a model: its effects in their forms, references filled in from the data where the model has none.
+WorkingModel working_model(const GlobalProblem& problem, const Model& model);
+
+// References (flux, leakage flux) of all effects that take theirs from the data.
+void fill_references(const GlobalProblem& problem, SharedVector<double>& shared);
+
+// A change of this size of an amplitude matters to an engineer, on this motor.
+double material_size(const GlobalProblem& problem, const SharedVector<double>& shared, std::size_t entry);
+
+// Back into a model: parameters with intervals, effects with forms; the rest as in `before`.
+Model to_model(const Model& before, const WorkingModel& working);
+
+}  // namespace imrig::est
