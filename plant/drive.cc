@@ -1,5 +1,6 @@
 #include "plant/drive.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "rig/base/error.h"
@@ -98,9 +99,9 @@ State Drive::initial() const {
   return x;
 }
 
-Currents Drive::currents(const Conditions& at, const double* own, Memory* memory) const {
+Currents Drive::currents(const Conditions& at, const double* own, MagneticCircuit::Known* near) const {
   Currents i = magnetics_.linear() ? circuit_.currents(at.psi_s, at.psi_r)
-               : memory            ? magnetics_.follow(at.psi_s, at.psi_r, *memory).i
+               : near              ? magnetics_.follow(at.psi_s, at.psi_r, *near).i
                                    : magnetics_.solve(at.psi_s, at.psi_r).i;
   for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, i);
   for (const auto& slot : effects_.shunt()) {
@@ -228,7 +229,7 @@ Drive::Flow Drive::flow(const State& x) const {
   return flow;
 }
 
-void Drive::settle(const double* x, Memory* memory, Flow& flow) const {
+void Drive::settle(const double* x, MagneticCircuit::Known* near, Flow& flow) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
   at.n_p = n_p_, at.L_m = L_m_, at.L_ls = L_ls_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
@@ -241,7 +242,7 @@ void Drive::settle(const double* x, Memory* memory, Flow& flow) const {
   at.temperature = {};
   for (const auto& slot : effects_.temperatures())
     slot.effect->temperatures(at, own + slot.offset, at.temperature);
-  at.i = currents(at, own, memory);
+  at.i = currents(at, own, near);
   if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
   at.R = base_;
   for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
@@ -276,25 +277,39 @@ double Drive::pull_at_rest_Nm(const State& x) const {
   return now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
 }
 
-void Drive::rates(const double* x, Flow& now, double* dx) const {
+void Drive::rates(const double* x, Flow& now, double* dx, const double* held) const {
   dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
   const double torque = now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
-  const bool held = shaft_is_held() || shaft == Motion::kResting;
-  dx[kSpeed] = held ? 0.0 : torque / mechanics_.J_kgm2;
+  const bool fixed = shaft_is_held() || shaft == Motion::kResting;
+  dx[kSpeed] = fixed ? 0.0 : torque / mechanics_.J_kgm2;
   dx[kAngle] = now.at.w_mech;
   dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;
-  if (effects_.with_states().empty()) return;
-  now.at.losses = losses(now.at, x + kOwn);
-  for (const auto& slot : effects_.with_states()) {
+  const bool asks_slow = !held && !effects_.slow().empty();
+  if (asks_slow || effects_.quick_reads_losses()) now.at.losses = losses(now.at, x + kOwn);
+  for (const auto& slot : effects_.quick()) {
     slot.effect->derivatives(now.at, x + kOwn + slot.offset, dx + kOwn + slot.offset);
+  }
+  for (const auto& slot : effects_.slow()) {
+    const std::size_t first = kOwn + slot.offset;
+    if (asks_slow) {
+      slot.effect->derivatives(now.at, x + first, dx + first);
+    } else {
+      std::copy_n(held + first, slot.effect->states(), dx + first);
+    }
   }
 }
 
 // The innermost function of the plant: everything it calls is taken into it.
-[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx, Memory* memory) const {
+[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx, Memory& memory) const {
+  settle(x, &memory.magnetics, memory.flow);
+  answer(x, memory.flow);
+  rates(x, memory.flow, dx, memory.held);
+}
+
+[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx) const {
   Flow now;
-  settle(x, memory, now);
+  settle(x, nullptr, now);
   answer(x, now);
   rates(x, now, dx);
 }

@@ -54,19 +54,24 @@ class Drive {
   };
   // What one evaluation leaves for the next one nearby. With it the currents are within
   // MagneticCircuit::kFollowed_A of those without; without saturation it changes no bit.
-  using Memory = MagneticCircuit::Known;
+  struct Memory {
+    MagneticCircuit::Known magnetics;
+    const double* held = nullptr;  // rates of all states, from which slow effects take theirs; null: their own
+    Flow flow;                     // the evaluation itself
+  };
 
   explicit Drive(const PlantConfig& config);
   std::size_t size() const { return kOwn + effects_.states(); }
   State initial() const;
 
   Flow flow(const State& x) const;
-  void derivatives(const double* x, double* dx, Memory* memory = nullptr) const;  // size() each
+  void derivatives(const double* x, double* dx) const;  // size() each
+  void derivatives(const double* x, double* dx, Memory& memory) const;
   // The same in parts, for who has use for them: what the state alone decides, what the inputs add to it
   // (needs settle()), and the rates of all states (needs both).
-  void settle(const double* x, Memory* memory, Flow& flow) const;
+  void settle(const double* x, MagneticCircuit::Known* near, Flow& flow) const;
   void answer(const double* x, Flow& flow) const;
-  void rates(const double* x, Flow& flow, double* dx) const;
+  void rates(const double* x, Flow& flow, double* dx, const double* held = nullptr) const;
   std::complex<double> stator_current(const State& x) const;
   // Moves psi_s, at the same rotor flux, to where the stator's current is i_s.
   void set_stator_current(State& x, std::complex<double> i_s) const;
@@ -95,7 +100,7 @@ class Drive {
     double ss, st, ts, tt;
     std::complex<double> along;
   };
-  Currents currents(const Conditions& at, const double* own, Memory* memory = nullptr) const;
+  Currents currents(const Conditions& at, const double* own, MagneticCircuit::Known* near = nullptr) const;
   void answer(const double* x, Flow& flow, Motion as) const;
   void rotor_flow(Conditions& at, const double* own) const;
   Losses losses(const Conditions& at, const double* own) const;

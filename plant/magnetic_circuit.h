@@ -62,7 +62,7 @@ class MagneticCircuit {
   double fastest_rate(double R_s_ohm, double R_r_ohm) const;
 
   static constexpr int kMostRounds = 60;
-  static constexpr double kFollowed_A = 1e-5;
+  static constexpr double kFollowed_A = 1e-4;
   static constexpr int kMostFollowing = 4;
 
  private:

@@ -1,66 +1,91 @@
 #include "plant/rk4_integrator.h"
 
-#include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace imrig::plant {
 
 // With the gates off diodes hold currents at exactly zero, which takes the currents to the last bit.
-Drive::Memory* Rk4Integrator::memory() {
-  return drive_.terminals.kind == Terminals::Kind::kInverter ? &memory_ : nullptr;
-}
+bool Rk4Integrator::followed() const { return drive_.terminals.kind == Terminals::Kind::kInverter; }
 
 bool Rk4Integrator::settled(const State& x) const {
-  const Conditions& at = known_flow_.at;
-  return any_known_ && drive_.terminals.kind == known_terminals_.kind && at.dc_link_V == drive_.dc_link_V &&
-         at.cycle_s == drive_.cycle_s && std::equal(x.begin(), x.begin() + static_cast<long>(n_), known_.begin());
+  const Conditions& at = memory_.flow.at;
+  return known_ && drive_.terminals.kind == known_terminals_.kind && at.dc_link_V == drive_.dc_link_V &&
+         at.cycle_s == drive_.cycle_s && std::memcmp(x.data(), known_x_.data(), n_ * sizeof(double)) == 0;
 }
 
 const Drive::Flow& Rk4Integrator::flow(const State& x) {
   const Terminals& now = drive_.terminals;
   if (!settled(x)) {
-    drive_.settle(x.data(), memory(), known_flow_);
-    std::copy_n(x.begin(), n_, known_.begin());
+    drive_.settle(x.data(), followed() ? &memory_.magnetics : nullptr, memory_.flow);
+    std::memcpy(known_x_.data(), x.data(), n_ * sizeof(double));
   } else if (now.v_s == known_terminals_.v_s && now.axis == known_terminals_.axis &&
-             drive_.field_V == known_field_V_ && drive_.shaft == known_flow_.at.motion) {
-    return known_flow_;
+             drive_.field_V == known_field_V_ && drive_.shaft == memory_.flow.at.motion) {
+    return memory_.flow;
   }
-  drive_.answer(x.data(), known_flow_);
-  known_terminals_ = now, known_field_V_ = drive_.field_V, any_known_ = true;
-  return known_flow_;
+  drive_.answer(x.data(), memory_.flow);
+  known_terminals_ = now, known_field_V_ = drive_.field_V, known_ = true;
+  return memory_.flow;
+}
+
+void Rk4Integrator::derivatives(const State& x, State& dx) {
+  if (followed()) {
+    drive_.derivatives(x.data(), dx.data(), memory_);
+  } else {
+    drive_.derivatives(x.data(), dx.data());
+  }
 }
 
 void Rk4Integrator::stage(const State& x, double h, const State& slope, State& out) {
   for (std::size_t k = 0; k < n_; ++k) at_[k] = x[k] + h * slope[k];
-  drive_.derivatives(at_.data(), out.data(), memory());
+  derivatives(at_, out);
 }
 
 void Rk4Integrator::advance(State& x, double h, bool /*fresh*/) {
   State k1;
   flow(x);
-  drive_.rates(x.data(), known_flow_, k1.data());
+  drive_.rates(x.data(), memory_.flow, k1.data(), slow_.data());
+  known_ = false;
   step(x, k1, h, 0);
 }
 
-bool Rk4Integrator::bends(const State& k1, double h) const {
-  const auto apart = [&](std::size_t k) {
-    return h / 3.0 * std::abs(k2_[k] - k3_[k]) + h / 6.0 * std::abs(k1[k] - k2_[k] - k3_[k] + k4_[k]);
-  };
-  return apart(kPsiS) + apart(kPsiS + 1) > kBend_Wb || apart(kSpeed) > kBend_rad_s;
+bool Rk4Integrator::bends(double h, const State& a, const State& b) const {
+  const auto apart = [&](std::size_t k) { return h * std::abs(a[k] - b[k]); };
+  return apart(kPsiS) + apart(kPsiS + 1) > kBendStator_Wb ||
+         apart(kPsiR) + apart(kPsiR + 1) > kBendRotor_Wb || apart(kSpeed) > kBend_rad_s;
+}
+
+// Whether the step may stand: k2_, k3_, k4_ are then its stages.
+bool Rk4Integrator::smooth(const State& x, const State& k1, double h, bool must) {
+  memory_.held = nullptr;
+  stage(x, 0.5 * h, k1, k2_);
+  memory_.held = k2_.data();
+  stage(x, 0.5 * h, k2_, k3_);
+  if (!must && bends(h / 3.0, k2_, k3_)) return false;
+  stage(x, h, k3_, k4_);
+  if (must) return true;
+  for (std::size_t k = 0; k <= kSpeed; ++k) at_[k] = k2_[k] + k3_[k] - k1[k];
+  return !bends(h / 6.0, k4_, at_);
 }
 
 void Rk4Integrator::step(State& x, const State& k1, double h, int halvings) {
-  stage(x, 0.5 * h, k1, k2_);
-  stage(x, 0.5 * h, k2_, k3_);
-  stage(x, h, k3_, k4_);
-  if (halvings < kMostHalvings && bends(k1, h)) {
+  if (!smooth(x, k1, h, halvings == kMostHalvings)) {
     step(x, k1, 0.5 * h, halvings + 1);
     State middle;
-    drive_.derivatives(x.data(), middle.data(), memory());
+    memory_.held = slow_.data();
+    derivatives(x, middle);
     step(x, middle, 0.5 * h, halvings + 1);
     return;
   }
-  for (std::size_t k = 0; k < n_; ++k) x[k] += h / 6.0 * (k1[k] + 2.0 * (k2_[k] + k3_[k]) + k4_[k]);
+  for (std::size_t k = 0; k < n_; ++k) at_[k] = x[k] + h / 6.0 * (k1[k] + 2.0 * (k2_[k] + k3_[k]) + k4_[k]);
+  for (const auto& slot : drive_.effects().slow()) {
+    const std::size_t first = kOwn + slot.offset;
+    for (std::size_t k = first; k < first + slot.effect->states(); ++k) {
+      at_[k] = x[k] + h * k2_[k];
+      slow_[k] = k2_[k];
+    }
+  }
+  std::memcpy(x.data(), at_.data(), n_ * sizeof(double));
 }
 
 }  // namespace imrig::plant

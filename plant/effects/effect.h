@@ -54,7 +54,7 @@ struct Coupling {
 // where nobody decides; else fixed over the stretch (plant/sticking_integrator.h).
 enum class Motion { kBySpeed, kForward, kBackward, kResting };
 
-// Heat as it arises, W. Only effects that were asked for it read it (kStates), after everything else is
+// Heat as it arises, W. Only effects that ask for it (kReadsLosses) read it, after everything else is
 // known.
 struct Losses {
   double stator_copper_W = 0.0, rotor_copper_W = 0.0, iron_W = 0.0, stray_W = 0.0, friction_W = 0.0;
@@ -84,7 +84,7 @@ struct Conditions {
   double generator_Nm =
       0.0;               // the generator's torque on its own shaft, negative where it brakes positive speed
   double drag_Nm = 0.0;  // after drag()
-  Losses losses;         // after losses(); filled for effects with states and for powers() only
+  Losses losses;         // after losses(); filled where an effect reads them and for powers() only
 };
 
 // Physical values on their way to the converters, after the voltage filter, before gain, offset and noise.
@@ -126,7 +126,8 @@ class Effect {
     kCoupling = 256,
     kLosses = 512,
     kEnergy = 1024,
-    kShunt = 2048
+    kShunt = 2048,
+    kReadsLosses = 4096  // no function: its derivatives() read Conditions::losses
   };
 
   virtual ~Effect() = default;
@@ -149,6 +150,8 @@ class Effect {
   virtual std::size_t states() const { return 0; }
   virtual void initial(double* /*own*/) const {}
   virtual void derivatives(const Conditions&, const double* /*own*/, double* /*d_own*/) const {}
+  // Its states move so little in a sample (time constants of seconds) that a fixed step may hold their rates.
+  virtual bool slow() const { return false; }
   virtual void measured(const Conditions&, const double* /*own*/, Measured&) const {}
   virtual void temperatures(const Conditions&, const double* /*own*/, Temperatures&) const {}
   virtual void rotor_drop(const Conditions&, const double* /*own*/, RotorDrop&) const {}

@@ -23,7 +23,10 @@ class EffectSet {
       for (std::size_t k = 0; k < kHooks; ++k) {
         if (effect->hooks() & (1u << k)) by_hook_[k].push_back(slot);
       }
-      if (effect->hooks() & Effect::kStates) states_ += effect->states();
+      if (!(effect->hooks() & Effect::kStates)) continue;
+      (effect->slow() ? slow_ : quick_).push_back(slot);
+      if (!effect->slow() && effect->hooks() & Effect::kReadsLosses) quick_reads_losses_ = true;
+      states_ += effect->states();
     }
   }
 
@@ -33,6 +36,10 @@ class EffectSet {
   const std::vector<Slot>& applied_voltage() const { return by_hook_[2]; }
   const std::vector<Slot>& drag() const { return by_hook_[3]; }
   const std::vector<Slot>& with_states() const { return by_hook_[4]; }
+  // Those with states, by Effect::slow().
+  const std::vector<Slot>& quick() const { return quick_; }
+  const std::vector<Slot>& slow() const { return slow_; }
+  bool quick_reads_losses() const { return quick_reads_losses_; }
   const std::vector<Slot>& measured() const { return by_hook_[5]; }
   const std::vector<Slot>& temperatures() const { return by_hook_[6]; }
   const std::vector<Slot>& rotor_drop() const { return by_hook_[7]; }
@@ -45,6 +52,8 @@ class EffectSet {
   static constexpr std::size_t kHooks = 12;
   std::vector<std::shared_ptr<const Effect>> owned_;
   std::vector<Slot> by_hook_[kHooks];
+  std::vector<Slot> quick_, slow_;
+  bool quick_reads_losses_ = false;
   std::size_t states_ = 0;
 };
 

@@ -41,7 +41,7 @@ class Thermal final : public Effect {
         rotor_per_K_(1.0 / (config.rotor_k_C + config.reference_C)) {}
   std::string name() const override { return "thermal"; }
   unsigned hooks() const override {
-    return config_.stator_J_per_K > 0.0 ? kStates | kTemperatures | kResistances | kMeasured : 0u;
+    return config_.stator_J_per_K > 0.0 ? kStates | kTemperatures | kResistances | kMeasured | kReadsLosses : 0u;
   }
   std::vector<Parameter> parameters() const override {
     const Config& c = config_;
@@ -73,6 +73,7 @@ class Thermal final : public Effect {
                      (c.stator_iron_W_per_K + c.rotor_iron_W_per_K + to_ambient) / c.iron_J_per_K});
   }
 
+  bool slow() const override { return fastest_rate_per_s() < 1.0; }
   std::size_t states() const override { return hooks() ? 3 : 0; }
   void initial(double* own) const override {
     if (!states()) return;
