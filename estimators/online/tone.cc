@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "estimators/online/zero_crossings.h"
 #include "rig/base/space_vector.h"
 
 namespace imrig::est {
@@ -12,7 +13,6 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr std::size_t kRenewed = 128;  // samples after which the rotation starts from an exact angle again
-constexpr double kHysteresis = 0.4;    // of the amplitude: a line is within 3 % of a sine up to there
 constexpr int kRefinements = 4;
 constexpr double kSettled = 1e-13;    // rad per sample
 constexpr double kLargestStep = 0.5;  // of w: further off, the crossings were none
@@ -53,50 +53,6 @@ double energy(std::span<const Complex> x) {
   return sum;
 }
 
-// Rising zero crossings of one component, seen through a Schmitt trigger.
-class Crossings {
- public:
-  explicit Crossings(double threshold) : threshold_(threshold) {}
-
-  // True at the sample that completes a crossing; at() then tells where, in samples.
-  bool take(double value, double k) {
-    if (value < -threshold_) {
-      armed_ = true;
-      sums_ = {};
-      return false;
-    }
-    if (!armed_) return false;
-    sums_.add(value, k);
-    if (value < threshold_) return false;
-    armed_ = false;
-    at_ = sums_.zero(k);
-    return true;
-  }
-  double at() const { return at_; }
-
- private:
-  // Straight line through the samples since the lower threshold.
-  struct Sums {
-    double n = 0.0, k = 0.0, kk = 0.0, v = 0.0, kv = 0.0;
-    void add(double value, double at) {
-      n += 1.0;
-      k += at;
-      kk += at * at;
-      v += value;
-      kv += at * value;
-    }
-    double zero(double fallback) const {
-      const double slope = (n * kv - k * v) / (n * kk - k * k);
-      return n > 1.5 && slope > 0.0 ? (k - v / slope) / n : fallback;
-    }
-  };
-
-  double threshold_;
-  bool armed_ = false;
-  Sums sums_;
-  double at_ = 0.0;
-};
-
 }  // namespace
 
 Tone fit_tone(std::span<const Complex> x, double w) {
@@ -113,8 +69,8 @@ Tone fit_tone(std::span<const Complex> x, double w) {
 }
 
 std::optional<double> crossing_frequency(std::span<const Complex> x, double amplitude) {
-  Crossings along(kHysteresis * amplitude);
-  Crossings across(kHysteresis * amplitude);
+  ZeroCrossings along(ZeroCrossings::kHysteresis * amplitude);
+  ZeroCrossings across(ZeroCrossings::kHysteresis * amplitude);
   struct Train {
     double first = 0.0, last = 0.0;
     int count = 0;

@@ -1,0 +1,187 @@
+#include "estimators/online/r_r_observer/r_r_observer.h"
+
+#include <cmath>
+
+#include "estimators/online/tone.h"
+#include "rig/base/error.h"
+#include "rig/base/space_vector.h"
+
+namespace imrig::est {
+
+namespace {
+
+constexpr double kForgotten = 12.0;  // time constants of the filter, exp(-12) = 6e-6
+constexpr double kPeriods = 2.0;
+constexpr double kLevel_s = 0.02;  // of the current's level that the hysteresis goes by
+
+void check(const RotorObserverConfig& c) {
+  if (c.pole_pairs < 1) throw Error("rotor observer", "pole pairs must be at least 1");
+  if (!(c.sample_time_s >= 5e-6 && c.sample_time_s <= 0.01))
+    throw Error("rotor observer", "sample time must be 5 us to 10 ms");
+  if (!(c.voltage_filter_s >= 0.0 && c.voltage_filter_s <= 1.0))
+    throw Error("rotor observer", "voltage filter must be 0 to 1 s");
+  if (!(c.circuit.R_s_ohm > 0.0 && c.circuit.L_m_H > 0.0 && c.circuit.R_r_near_ohm > 0.0 &&
+        c.circuit.R_c_ohm >= 0.0))
+    throw Error("rotor observer", "R_s, L_m and the rough R_r must be above 0, R_c not below");
+  if (!(c.least_slip >= 0.0 && c.least_slip < 1.0))
+    throw Error("rotor observer", "least slip must be 0 to 1");
+  if (!(c.window_s >= 0.01 && c.longest_s >= c.window_s && c.longest_s <= 100.0))
+    throw Error("rotor observer", "window must be 0.01 s at least and not above the longest, 100 s");
+}
+
+// rms of what is not the mean.
+double scatter(double sum, double square, double n) {
+  return std::sqrt(std::max(0.0, square / n - sum * sum / (n * n)));
+}
+
+}  // namespace
+
+void RotorObserver::Train::take(double at) {
+  if (count++ == 0) first = at;
+  last = at;
+}
+
+RotorObserver::RotorObserver(const RotorObserverConfig& config)
+    : config_(config), tracker_(config.k_6_ohm_s, config.settle_s) {
+  check(config_);
+  if (config_.voltage_filter_s > 0.0) {
+    // tau dy/dt = x - y, x on straight lines between samples, exactly.
+    const double ratio = config_.sample_time_s / config_.voltage_filter_s;
+    decay_ = std::exp(-ratio);
+    const double slope = -std::expm1(-ratio) / ratio;
+    old_ = slope - decay_;
+    fresh_ = 1.0 - slope;
+  }
+  interrupt(0);
+}
+
+void RotorObserver::interrupt(std::int64_t next_index) {
+  next_index_ = next_index;
+  filtering_ = false;
+  level_A_ = 0.0;
+  along_ = across_ = ZeroCrossings();
+  skip_ = static_cast<std::int64_t>(std::ceil(kForgotten * config_.voltage_filter_s / config_.sample_time_s));
+  begin();
+}
+
+void RotorObserver::begin() {
+  sums_ = {};
+  phase_.restart();
+  first_index_ = next_index_;
+}
+
+std::complex<double> RotorObserver::matched(std::complex<double> i) {
+  if (config_.voltage_filter_s <= 0.0) return i;
+  filtered_ = filtering_ ? decay_ * filtered_ + old_ * last_ + fresh_ * i : i;
+  filtering_ = true;
+  last_ = i;
+  return filtered_;
+}
+
+void RotorObserver::count_crossings(std::complex<double> i) {
+  const double I = std::abs(i);
+  level_A_ += level_A_ > 0.0 ? (I - level_A_) * (config_.sample_time_s / kLevel_s) : I;
+  along_.set_threshold(ZeroCrossings::kHysteresis * level_A_);
+  across_.set_threshold(ZeroCrossings::kHysteresis * level_A_);
+  const auto k = static_cast<double>(next_index_);  // goes on over the windows' borders, as the triggers do
+  if (along_.take(i.real(), k)) {
+    sums_.alpha.take(along_.at());
+    sums_.sense -= i.imag();  // a vector that turns from a to b is in -beta when alpha rises
+  }
+  if (across_.take(i.imag(), k)) {
+    sums_.beta.take(across_.at());
+    sums_.sense += i.real();
+  }
+}
+
+bool RotorObserver::whole() const {
+  const double periods = std::min(sums_.alpha.periods(), sums_.beta.periods());
+  return periods >= kPeriods &&
+         static_cast<double>(sums_.samples) * config_.sample_time_s >= config_.window_s;
+}
+
+std::optional<RotorEstimate> RotorObserver::take(std::complex<double> v, std::complex<double> i,
+                                                 double speed_rad_s) {
+  const std::complex<double> i_f = matched(i);
+  if (skip_ > 0) {
+    --skip_;
+    ++next_index_;
+    begin();
+    return std::nullopt;
+  }
+  const double V = std::abs(v), I = std::abs(i_f);
+  if (V > 0.0 && I > 0.0) phase_.take(v, i_f);
+  sums_.V += V;
+  sums_.V2 += V * V;
+  sums_.I += I;
+  sums_.I2 += I * I;
+  sums_.speed += std::isnan(speed_rad_s) ? 0.0 : speed_rad_s;
+  sums_.speed_known = sums_.speed_known && !std::isnan(speed_rad_s);
+  const int before = sums_.alpha.count;
+  count_crossings(i_f);
+  ++sums_.samples;
+  ++next_index_;
+  // Windows end with a crossing of alpha: whole periods, so that the phase's recursion sees every angle
+  // alike.
+  if (sums_.alpha.count > before && whole()) {
+    const RotorEstimate out = close();
+    begin();
+    return out;
+  }
+  if (static_cast<double>(sums_.samples) * config_.sample_time_s > config_.longest_s) begin();
+  return std::nullopt;
+}
+
+// For the steady criterion: sigmas from the scatter within the window.
+OperatingPoint RotorObserver::point_of(const RotorEstimate& e) const {
+  OperatingPoint p;
+  const auto n = static_cast<double>(sums_.samples);
+  const double noise_V = scatter(sums_.V, sums_.V2, n), noise_A = scatter(sums_.I, sums_.I2, n);
+  p.valid = true;
+  p.first_index = e.first_index;
+  p.last_index = e.last_index;
+  p.frequency_Hz = e.frequency_Hz;
+  p.voltage_V = e.voltage_V;
+  p.current_A = e.current_A;
+  p.slip = sums_.speed_known ? e.slip : std::numeric_limits<double>::quiet_NaN();
+  p.sigma_voltage_V = noise_V / std::sqrt(n);
+  p.sigma_current_A = noise_A / std::sqrt(n);
+  // Crossings use the current near its zeros only: about three times the bound that all samples would allow.
+  p.sigma_frequency_Hz = 3.0 * frequency_sigma(e.current_A, noise_A, static_cast<std::size_t>(n)) /
+                         (2.0 * kPi * config_.sample_time_s);
+  p.sigma_slip = std::abs(p.sigma_frequency_Hz / e.frequency_Hz);
+  return p;
+}
+
+RotorEstimate RotorObserver::close() {
+  RotorEstimate e;
+  const auto n = static_cast<double>(sums_.samples);
+  e.first_index = first_index_;
+  e.last_index = next_index_ - 1;
+  const double periods = sums_.alpha.periods() + sums_.beta.periods();
+  const double samples = (sums_.alpha.last - sums_.alpha.first) + (sums_.beta.last - sums_.beta.first);
+  e.frequency_Hz = std::copysign(periods / (samples * config_.sample_time_s), sums_.sense);
+  const double w_e = 2.0 * kPi * e.frequency_Hz;
+  e.w_s_rad_s = w_e - config_.pole_pairs * sums_.speed / n;
+  e.slip = e.w_s_rad_s / w_e;
+  e.voltage_V = sums_.V / n;
+  e.current_A = sums_.I / n;
+  e.phi_rad = w_e > 0.0 ? phase_.phi_rad() : -phase_.phi_rad();
+  const bool steady = steady_.take(point_of(e));
+  const RotorResistance found =
+      rotor_resistance(config_.circuit, e.voltage_V / e.current_A, e.phi_rad, std::abs(w_e), e.slip);
+  e.sensitivity = found.sensitivity;
+  e.upper_root = found.upper_root;
+  e.status = found.status;
+  if (std::abs(e.slip) < config_.least_slip) e.status = RotorResistanceStatus::kSlipTooSmall;
+  if (!steady) e.status = RotorResistanceStatus::kNotSteady;
+  if (!sums_.speed_known) e.status = RotorResistanceStatus::kNoSpeed;
+  if (e.status == RotorResistanceStatus::kValid) {
+    e.R_r_ohm = found.R_r_ohm;
+    tracker_.take(e.R_r_ohm, e.w_s_rad_s, n * config_.sample_time_s);
+  }
+  if (const auto R_1 = tracker_.R_1_ohm()) e.R_1_ohm = *R_1;
+  return e;
+}
+
+}  // namespace imrig::est

@@ -1,0 +1,44 @@
+#pragma once
+// Rotor resistance from one steady operating point (Proca and Keyhani 2002, appendix; its last formula lost a
+// factor s). Inverse-gamma circuit: the real part of what lies behind R_s and jX_l is that of jX beside
+// R_r/s,
+//   a = (V/I) cos(phi) - R_s = R' X^2/(R'^2 + X^2),   X = w_e L_m,   R' = R_r/s
+//   R' = X (X -+ sqrt(X^2 - 4 a^2))/(2 a)
+// The upper sign is the root with R' < X: slip above R_r/X, 0.9 % at 60 Hz for a 5 hp motor. Below that slip
+// the other root is the true one; near it neither is any good: d ln R'/d ln a = -+X/sqrt(X^2 - 4 a^2). 2 a >
+// X has no real root: L_m, R_s or the measurement is wrong. That is told, never clamped. L_l plays no part.
+// A core-loss resistance R_c beside jX (equation 20) takes its share exactly: 1/R' = 1/R'_seen - 1/R_c.
+
+namespace imrig::est {
+
+enum class RotorResistanceStatus {
+  kValid,
+  kNoSpeed,        // speed not measured
+  kNotSteady,      // the operating point still moves
+  kSlipTooSmall,   // below the least slip
+  kNotReal,        // 2 a > X: no real root
+  kNoPower,        // a <= 0 at positive slip or a >= 0 at negative: sign of power and slip disagree
+  kIllConditioned  // too near to the slip R_r/X where both roots meet
+};
+
+struct RotorCircuit {
+  double R_s_ohm = 0.0;
+  double L_m_H = 0.0;
+  double R_c_ohm = 0.0;       // 0: no core loss in the model
+  double R_r_near_ohm = 0.0;  // a rough value: which root is the true one
+};
+
+struct RotorResistance {
+  RotorResistanceStatus status = RotorResistanceStatus::kNotReal;
+  double R_r_ohm = 0.0;      // NaN unless valid
+  double sensitivity = 0.0;  // |d ln R_r/d ln a|
+  bool upper_root = false;   // R' > X was taken: slip below R_r/X
+};
+
+inline constexpr double kMostSensitivity = 20.0;
+
+// impedance_ohm: V/I; phi_rad: voltage ahead of current; w_e_rad_s > 0; slip: negative when generating.
+RotorResistance rotor_resistance(const RotorCircuit& circuit, double impedance_ohm, double phi_rad,
+                                 double w_e_rad_s, double slip);
+
+}  // namespace imrig::est
