@@ -12,6 +12,7 @@
 #include "estimators/fit/data_nominal.h"
 #include "estimators/fit/dc_test.h"
 #include "estimators/fit/goodness.h"
+#include "estimators/fit/maps/resistance_line.h"
 #include "estimators/fit/series_records.h"
 #include "estimators/fit/standstill/standstill_records.h"
 #include "estimators/fit/student_t.h"
@@ -116,6 +117,7 @@ class Identification {
   void measure_resistance(const Rows& dc) {
     double stator_C = 0.0;
     int with_temperature = 0;
+    std::vector<ResistancePoint> points;
     for (const std::size_t k : dc) {
       RecordResult& row = result_.records[k];
       const DcResult fit = fit_dc(data_.records[k].series);
@@ -125,16 +127,39 @@ class Identification {
       const double sigma = fit.sigma_ohm * student_t_975(fit.degrees_of_freedom) / kNormal975;
       row.parameters["R_s"] = {fit.R_s_ohm, sigma, 0.0, "ohm", "", false};
       row.used_for = {"R_s"};
+      points.push_back({row.id, fit.stator_C, fit.R_s_ohm, sigma});
       if (std::isfinite(fit.stator_C)) {
         stator_C += fit.stator_C;
         ++with_temperature;
       }
     }
+    if (resistance_by_temperature(points)) return;
     const Parameter found = assemble("R_s", results(dc), 0.0, data_.accuracy, result_.notes);
     if (found.known()) {
       take_resistance(found, "dc test, ");
       result_.model.R_s_stator_C = with_temperature > 0 ? stator_C / with_temperature : kMissing;
     }
+  }
+
+  // DC records cold and hot: a line over temperature, and R_s where the other records are.
+  bool resistance_by_temperature(const std::vector<ResistancePoint>& points) {
+    const double gains = gain_sigma(data_.accuracy);
+    R_s_line_ = resistance_line(points, gains);
+    if (!R_s_line_.failure.empty()) return false;
+    double sum = 0.0, n = 0.0;
+    for (const auto& record : data_.records) {
+      if (record.kind == RecordKind::kDc || record.series.stator_C.empty()) continue;
+      if (!std::isfinite(record.series.stator_C.front())) continue;
+      sum += record.series.stator_C.front();
+      n += 1.0;
+    }
+    const double here_C = n > 0.0 ? sum / n : points.front().stator_C;
+    const double R = R_s_line_.at(here_C);
+    const double half = kNormal975 * std::hypot(R_s_line_.sigma_at(here_C), gains * R);
+    take_resistance({R, R - half, R + half, "ohm", fmt::format("{} records over temperature", points.size())},
+                    "dc test, ");
+    result_.model.R_s_stator_C = here_C;
+    return true;
   }
 
   // As one measurement among others R_s has the mean's own sigma: a quantile for few records belongs to
@@ -211,6 +236,10 @@ class Identification {
       setting.nominal_from_data = true;
     }
     if (R_s_known()) setting.nominal.R_s = R_s_;
+    if (R_s_line_.failure.empty()) {
+      setting.R_s_per_K = R_s_line_.R_20.value * R_s_line_.alpha.value / R_s_;
+      setting.R_s_reference_C = result_.model.R_s_stator_C;
+    }
     const Ratings& r = result_.model.ratings;
     const bool rated = r.voltage_V > 0.0 && r.frequency_Hz > 0.0;
     const double flux = rated ? r.voltage_V * std::sqrt(2.0) / kSqrt3 / (2.0 * kPi * r.frequency_Hz)
@@ -325,6 +354,7 @@ class Identification {
   const DataSet& data_;
   const IdentifyOptions& options_;
   IdentifyResult result_;
+  ResistanceLine R_s_line_{"no dc record", {}, {}, {}, {}};
   double R_s_ = kMissing;
   double R_s_sigma_ = 0.0;  // without the gains
   bool identified_ = false;
@@ -335,7 +365,7 @@ class Identification {
 IdentifyResult identify(const DataSet& data, const IdentifyOptions& options) {
   if (std::find(kMethods.begin(), kMethods.end(), options.method) == kMethods.end()) {
     throw Error("method \"" + options.method + "\"", "is not available",
-                "available are auto, dc, transient, standstill and points");
+                "available are auto, dc, transient, standstill, points, locked, losses and maps");
   }
   if (data.pole_pairs < 1) throw Error("data set \"" + data.name + "\"", "has no number of pole pairs");
   return Identification(data, options).run();

@@ -44,6 +44,7 @@ struct RecordEstimate {
   std::string unit;
   std::string left_out;  // why it was not used; empty when it was
   bool weak = false;     // sound, left out only because other records may know better
+  bool by_slip_rule = false;  // left out by the slip rule alone
 };
 
 struct RecordResult {

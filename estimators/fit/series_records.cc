@@ -49,6 +49,13 @@ double relative_sigma(const TransientFit& fit, int m) {
   return std::sqrt(std::max(0.0, fit.noise.covariance(m, m))) / values[static_cast<std::size_t>(m)];
 }
 
+// The paper's rule: R_r and L_l from slips above it, L_m from those below.
+bool on_wrong_side(int m, double slip, const IdentifyOptions& options) {
+  if (!(options.slip_rule > 0.0) || m == 0) return false;
+  const bool wants_slip = m < 3;
+  return wants_slip != (std::abs(slip) > options.slip_rule);
+}
+
 std::string left_out_reason(const TransientFit& fit, int m, double slip, const IdentifyOptions& options) {
   const auto k = static_cast<std::size_t>(m);
   if (fit.on_bound[k]) return "lies on a bound of the search";
@@ -57,12 +64,9 @@ std::string left_out_reason(const TransientFit& fit, int m, double slip, const I
     return fmt::format("its own sigma is {:.2g} %, above {:.2g} % (slip {:.2g} %)", 100.0 * relative,
                        100.0 * options.max_relative_sigma, 100.0 * slip);
   }
-  if (options.slip_rule > 0.0 && m > 0) {
-    const bool wants_slip = m < 3;
-    if (wants_slip != (std::abs(slip) > options.slip_rule)) {
-      return fmt::format("slip {:.2g} % lies on the wrong side of the {:.2g} % rule", 100.0 * slip,
-                         100.0 * options.slip_rule);
-    }
+  if (on_wrong_side(m, slip, options)) {
+    return fmt::format("slip {:.2g} % lies on the wrong side of the {:.2g} % rule", 100.0 * slip,
+                       100.0 * options.slip_rule);
   }
   return "";
 }
@@ -104,6 +108,9 @@ void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options
     estimate.unit = kUnits[k];
     estimate.left_out =
         result.rejected.empty() ? left_out_reason(fit, m, result.slip, options) : result.rejected;
+    estimate.by_slip_rule = result.rejected.empty() && !fit.on_bound[k] &&
+                            relative_sigma(fit, m) <= options.max_relative_sigma &&
+                            on_wrong_side(m, result.slip, options);
     estimate.weak = result.rejected.empty() && !estimate.left_out.empty() && !blind;
     if (!estimate.left_out.empty())
       reasons += (reasons.empty() ? "" : "; ") + std::string(kNames[k]) + ": " + estimate.left_out;
@@ -123,8 +130,23 @@ double chi2_per_dof(const TransientFit& fit, const Noise& declared) {
           fit.noise.voltage_gain * voltage * voltage);
 }
 
-void fit_one(const DataSet& data, const Record& record, const SeriesSetting& setting,
+// R_s at the record's own winding temperature, where that is known.
+SeriesSetting at_temperature(const SeriesSetting& setting, const TimeSeries& series) {
+  SeriesSetting own = setting;
+  if (setting.fit_R_s || setting.R_s_per_K == 0.0) return own;
+  double sum = 0.0, n = 0.0;
+  for (const double T : series.stator_C) {
+    if (!std::isfinite(T)) continue;
+    sum += T;
+    n += 1.0;
+  }
+  if (n > 0.0) own.nominal.R_s *= 1.0 + setting.R_s_per_K * (sum / n - setting.R_s_reference_C);
+  return own;
+}
+
+void fit_one(const DataSet& data, const Record& record, const SeriesSetting& shared,
              const IdentifyOptions& options, RecordResult& result) {
+  const SeriesSetting setting = at_temperature(shared, record.series);
   const FrameRecord frame = to_frame(record.series, data.pole_pairs);
   const MeanConditions mean = mean_conditions(frame);
   result.f_Hz = mean.f_Hz;
@@ -148,7 +170,9 @@ void fit_one(const DataSet& data, const Record& record, const SeriesSetting& set
 
 }  // namespace
 
-bool is_series_kind(RecordKind kind) { return kind != RecordKind::kDc && kind != RecordKind::kPoints; }
+bool is_series_kind(RecordKind kind) {
+  return kind != RecordKind::kDc && kind != RecordKind::kPoints && kind != RecordKind::kLockedSweep;
+}
 
 std::vector<RecordResult> fit_series_records(const DataSet& data, const std::vector<std::size_t>& which,
                                              const SeriesSetting& setting, const IdentifyOptions& options) {

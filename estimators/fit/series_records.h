@@ -16,9 +16,13 @@ struct SeriesSetting {
   bool nominal_from_data = false;     // then bounds move, and each record also tries starts of its own
   bool fit_R_s = false;
   double saturation_flux_Wb = kMissing;  // NaN: no bound
+  double R_s_per_K = 0.0;  // relative to nominal.R_s: each record has R_s at its own winding temperature
+  double R_s_reference_C = kMissing;
 };
 
-bool is_series_kind(RecordKind kind);  // what the transient fit can take
+// What the transient fit can take. A locked-like sweep is left to its own method: with skin effect R_r is another
+// one at each of its frequencies.
+bool is_series_kind(RecordKind kind);
 
 // Fits the listed records, in parallel; results in the list's order, the same whatever the number of threads.
 std::vector<RecordResult> fit_series_records(const DataSet& data, const std::vector<std::size_t>& which,

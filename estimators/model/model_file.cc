@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "estimators/model/map_forms.h"
 #include "rig/base/config_reader.h"
 #include "rig/base/error.h"
 #include "rig/base/file.h"
@@ -46,6 +47,27 @@ void read_base(const ConfigReader& root, Model& model) {
       one->fail("unit", "is not right here", std::string("it must be \"") + entry.unit + "\"");
     if (entry.place == &Model::R_s) model.R_s_stator_C = optional_number(*one, "stator_C", {-100.0, 500.0});
   }
+}
+
+std::vector<ParameterMap> read_maps(const ConfigReader& root) {
+  std::vector<ParameterMap> maps;
+  const auto table = root.table_if("maps");
+  if (!table) return maps;
+  for (const MapForm& form : map_forms()) {
+    const auto one = table->table_if(form.name);
+    if (!one) continue;
+    ParameterMap map{form.name, {}};
+    for (const MapParameter& known : form.parameters) {
+      const auto entry = one->table_if(known.name);
+      if (!entry) continue;
+      const Parameter parameter = read_parameter(*entry, kFinite);
+      if (parameter.unit != known.unit)
+        entry->fail("unit", "is not right here", std::string("it must be \"") + known.unit + "\"");
+      map.parameters.emplace(known.name, parameter);
+    }
+    maps.push_back(std::move(map));
+  }
+  return maps;
 }
 
 Ratings read_ratings(const ConfigReader& root) {
@@ -146,6 +168,14 @@ void write_effect(std::string& out, const ActiveEffect& effect) {
   }
 }
 
+void write_map(std::string& out, const ParameterMap& map) {
+  for (const auto& [name, parameter] : map.parameters) {
+    if (!parameter.known()) continue;
+    out += fmt::format("\n[maps.{}.{}]\n", map.name, name);
+    write_parameter(out, parameter);
+  }
+}
+
 void write_revision(std::string& out, const Revision& r) {
   out += fmt::format("\n[[history]]\nnumber = {}\nchange = {}\ndata = {}\ndata_hash = \"{:016x}\"\n",
                      r.number, quoted(r.change), quoted(r.data), r.data_hash);
@@ -172,6 +202,7 @@ Model parse_model(const std::string& text, const std::string& name) {
     effect.fail("name", "is the effect \"" + effect.text("name") + "\", which this imrig does not know",
                 "it knows the base model alone");
   }
+  model.maps = read_maps(root);
   for (const auto& revision : root.tables("history")) model.history.push_back(read_revision(revision));
   root.finish();
   return model;
@@ -188,6 +219,7 @@ std::string to_toml(const Model& model) {
   write_ratings(out, model.ratings);
   write_base(out, model);
   for (const auto& effect : model.effects) write_effect(out, effect);
+  for (const auto& map : model.maps) write_map(out, map);
   for (const auto& revision : model.history) write_revision(out, revision);
   return out;
 }

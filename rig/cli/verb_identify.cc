@@ -9,11 +9,13 @@
 
 #include "estimators/diagnose/compare.h"
 #include "estimators/fit/identify.h"
-#include "estimators/fit/identify_json.h"
+#include "estimators/fit/maps/identify_maps.h"
+#include "estimators/fit/maps/maps_json.h"
 #include "estimators/fit/standstill/standstill_records.h"
 #include "estimators/fit/student_t.h"
 #include "estimators/model/model_file.h"
 #include "rig/base/error.h"
+#include "rig/cli/identify_maps_text.h"
 #include "rig/cli/load_data.h"
 #include "rig/cli/text_table.h"
 #include "rig/cli/verbs.h"
@@ -27,6 +29,7 @@ struct Options {
   std::string out;
   std::string nominal;
   std::string method = "auto";
+  double slip_rule = est::kPaperSlipRule;
   bool json = false;
 };
 
@@ -66,7 +69,8 @@ void print_standstill(const est::RecordResult& record) {
       report.published_circuit ? "it takes minutes to settle" : "its vector is no motor's yet");
 }
 
-void print_text(const est::IdentifyResult& result, const std::string& out) {
+void print_text(const est::MapsResult& mapped, const std::string& out) {
+  const est::IdentifyResult& result = mapped.base;
   TextTable table({"<parameter", "value", "<95 % interval", "<unit", "records", "<found"});
   for (const auto& base : est::base_parameters()) {
     const est::Parameter& p = result.model.*base.place;
@@ -78,6 +82,7 @@ void print_text(const est::IdentifyResult& result, const std::string& out) {
   for (const auto& record : result.records) {
     if (record.standstill && record.rejected.empty()) print_standstill(record);
   }
+  fmt::print("{}", maps_text(mapped));
   TextTable rejected({"<record not used", "<why"});
   for (const auto& record : result.records) {
     if (!record.rejected.empty()) rejected.row({printable(record.id), printable(record.rejected)});
@@ -117,9 +122,9 @@ void run(const Options& options) {
   if (!options.nominal.empty()) wanted.nominal = est::load_model(options.nominal);
   if (::isatty(STDERR_FILENO) != 0) wanted.progress = show_progress;
   const DataSet data = load_data(options.data);
-  est::IdentifyResult result = est::identify(data, wanted);
-  judge(result.model, data);
-  est::save_model(result.model, options.out);
+  est::MapsResult result = est::identify_with_maps(data, wanted, options.slip_rule);
+  judge(result.base.model, data);
+  est::save_model(result.base.model, options.out);
   if (options.json) {
     fmt::print("{}\n", est::to_json(result));
   } else {
@@ -136,7 +141,12 @@ void add_identify(CLI::App& app, int& exit_code) {
   verb->add_option("data", options->data, "data-set folders or event logs")->required();
   verb->add_option("--model", options->nominal, "model to start from, for starting values and bounds");
   verb->add_option("--out", options->out, "model file to write")->required();
-  verb->add_option("--method", options->method, "auto, dc, transient, standstill or points")
+  verb->add_option("--method", options->method, "auto, dc, transient, standstill, points, locked, losses or maps")
+      ->capture_default_str();
+  verb->add_option("--slip-rule", options->slip_rule,
+                   "of method maps: R_r and L_l from slips above it, L_m from those below; 0: what each record's "
+                   "own covariance says decides alone")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   verb->add_flag("--json", options->json, "print JSON");
   verb->callback([options, &exit_code] {
