@@ -11,11 +11,10 @@
 // the motor stores (3/2) W. Solved by Newton's method from the linear circuit's psi_m, steps halved while the
 // residual grows, at most kMostRounds evaluations; the same fluxes give the same bits. follow() finds a
 // point from a known neighbour instead, within kFollowed_A. Saturation is a
-// function of the fluxes alone: no hysteresis, no harmonic of the saturated wave. Sources: Melkebeek,
-// Magnetising-field saturation and dynamic behaviour of induction machines, IEE Proc. B 130(1), 1983;
-// Sullivan and Sanders, Models for induction machines with magnetic saturation of the main flux path, IEEE
-// Trans. Ind. Appl. 31(4), 1995 (the branches of a lumped circuit, each its own curve, and reciprocity from
-// an energy).
+// function of the fluxes alone: no hysteresis, no harmonic of the saturated wave. Sources: the energy
+// is stated above and reciprocity follows from it; Lipo and Consoli, Modeling and simulation of induction
+// motors with saturable leakage reactances, IEEE Trans. Ind. Appl. 20(1), 1984; Vas, Electrical Machines and
+// Drives: A Space-Vector Theory Approach, 1992.
 
 #include <complex>
 

@@ -1,11 +1,13 @@
 #pragma once
-// n broken bars out of N lying side by side. In the equivalent three-phase cage one phase's resistance grows
-// by 3 n/(N - 3 n) of itself, which turns with the rotor (theta_e = n_p theta):
+// n broken bars out of N lying side by side. A phase of the equivalent three-phase cage is N/3 bars beside
+// each other; without n of them its resistance grows by (N/3)/(N/3 - n) - 1 = 3 n/(N - 3 n) of itself, which
+// turns with the rotor (theta_e = n_p theta):
 //   R <- R (1 + k),   R_conj <- R_conj + k R exp(j 2 theta_e),   k = n/(N - 3 n).
 // A stator current at f then answers with lines at (1 - 2 s) f and, through the torque's ripple at 2 s f and
 // the speed's, at (1 + 2 s) f. Assumes one group of neighbours at angle 0 and no current from bar to bar.
 // Source: Bellini, Filippetti, Tassoni, Capolino, Advances in Diagnostic Techniques for Induction Machines,
-// IEEE Trans. Industrial Electronics 55(12), 2008, section III.
+// IEEE Trans. Industrial Electronics 55(12), 2008 (the lines and what makes them; the growth is derived
+// above).
 
 #include <cmath>
 

@@ -6,9 +6,9 @@
 // gradient of one energy term E_t(|psi_t|) (magnetic_circuit.h), so d psi_d/d i_q = d psi_q/d i_d. The torque
 // current's leakage flux saturates the teeth and pulls the magnetizing current at fixed main flux, beyond
 // what the isotropic main curve gives. c = 0 puts the teeth on the air-gap flux, c = 1 on the stator's whole
-// flux. Adds to magnetizing_saturation, or acts alone. Neutral: saturated_ratio 1. Source: Sullivan and
-// Sanders, IEEE Trans. Ind. Appl. 31(4), 1995, whose lumped tooth reluctance carries air-gap and slot leakage
-// flux together.
+// flux. Adds to magnetizing_saturation, or acts alone. Neutral: saturated_ratio 1. Sources: Vas,
+// Electrical Machines and Drives: A Space-Vector Theory Approach, 1992 (cross-saturation); that the teeth
+// carry both fluxes is geometry.
 
 #include "plant/effects/effect.h"
 

@@ -8,8 +8,9 @@
 //   W = (3/4) q(theta) |psi|^2,   q = (sqrt(1 - e^2) - 1)/L_m,   psi = (psi_s + psi_r)/2:
 //   i_s += q psi/2,   i_r += q psi/2,   T = -(3/4) q'(theta) |psi|^2,
 // so nothing is made or lost. psi stands for the gap's flux linkage: equal leakages on both sides, first
-// order in L_leakage/L_m. Sources: Toliyat, Arefeen, Parlos, IEEE Trans. Industry Applications 32(4), 1996;
-// Nandi, Toliyat, Li, IEEE Trans. Energy Conversion 20(4), 2005 (mixed eccentricity alone gives f +- k f_r).
+// order in L_leakage/L_m. Source: the mean of
+// 1/(1 - e cos x); Nandi, Toliyat, Li, Condition monitoring and fault diagnosis of electrical motors: a
+// review, IEEE Trans. Energy Conversion 20(4), 2005 (mixed eccentricity gives f +- k f_r).
 
 #include <algorithm>
 #include <cmath>

@@ -5,9 +5,10 @@
 // which adds nothing at small slip frequency, L_x below R_x/L_x and R_x above it: rotor loss that grows with
 // the square of the slip frequency at first. The current of L_x is the state (stator frame):
 //   v = R_x (i_bar - i_x),   d i_x/dt = v/L_x + j n_p w i_x.
-// L_x is a part of the machine's rotor leakage, which stays what it is at small slip frequency. Source: Odok,
-// Stray-load losses and stray torques in induction machines, AIEE Trans. 77, 1958; Dorrell et al., IEEE
-// Trans. Industry Applications 39(2), 2003 (reduced to one branch).
+// L_x is a part of the machine's rotor leakage, which stays what it is at small slip frequency. Source:
+// derived here, one loop of a skewed cage closed through the iron; that such currents blunt the signs of a
+// broken bar: Gritli et al., Quantitative rotor broken bar evaluation in double squirrel cage induction
+// machines, EVER 2013.
 
 #include <complex>
 

@@ -14,9 +14,9 @@
 // frequency the ladder is the resistance R and the inductance R tau/3, which rotor_leakage_H() takes out of
 // the circuit's rotor leakage: seen from the terminals the base machine at zero slip frequency is unchanged.
 // Resistivity follows the cage: R is the fraction of the warm R_r, L_k stay, tau falls as R grows.
-// Leakage flux of the slot makes no torque (it crosses the slot, not the gap). Source: Alger, Induction
-// Machines, 2nd ed., 1970, chapter 8; ladder: Babb and Williams, Circuit analysis method for determination of
-// A-C impedances of machine conductors, AIEE Trans. 70, 1951.
+// Leakage flux of the slot makes no torque (it crosses the slot, not the gap). Source: Pyrhonen,
+// Jokinen, Hrabovcova, Design of Rotating Electrical Machines, 2nd ed., chapter 5; the ladder is Lambert's
+// continued fraction of z coth z.
 
 #include <array>
 #include <complex>

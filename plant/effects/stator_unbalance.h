@@ -1,10 +1,10 @@
 #pragma once
-// A stator winding whose phases differ in resistance (a bad joint, a repaired coil): R_k = (1 + r_k) R_s. As space vectors the drop is R_s i + R_s_conj conj(i):
+// A stator winding whose phases differ in resistance (a bad joint, a repaired coil): R_k = (1 + r_k) R_s. As
+// space vectors the drop is R_s i + R_s_conj conj(i):
 //   R_s <- R_s (1 + (r_a + r_b + r_c)/3),   R_s_conj <- R_s_conj + R_s (r_a + a^2 r_b + a r_c)/3,
 // a = exp(j 2 pi/3). A balanced voltage draws a negative-sequence current. Magnetically the phases stay
-// alike; shorted turns are in shorted_turns.h. Source: Fortescue's components of a
-// diagonal impedance matrix; Toliyat et al., Electric Machines: Modeling, Condition Monitoring, and Fault
-// Diagnosis, 2013, chapter 5.
+// alike; shorted turns are in shorted_turns.h. Source: Fortescue's
+// components of a diagonal impedance matrix, 1918.
 
 #include "plant/effects/effect.h"
 #include "rig/base/space_vector.h"

@@ -4,10 +4,10 @@
 //   P = P_ref g (|w|/w_ref)^p,   T = P/w, smooth through rest: T = (P_ref/w_ref) g (|w|/w_ref)^(p-1)
 //   w/sqrt(w^2 + w_0^2), g = |i_s|^2/i_ref^2 (basis "current") or (T_gap/T_ref)^2 (basis "torque", IEC
 //   60034-2-1).
-// IEC 60034-2-1 assigns up to 1 kW 2.5 % of the input, 18.5 kW 1.8 %, 10 MW 0.5 %. It always brakes; its
-// power is counted as stray_W. At standstill it vanishes (p > 1), a locked rotor's stray loss is not covered.
-// Source: IEC 60034-2-1:2014, 6.1.3.2.6; Haumer et al., The AdvancedMachines Library, Modelica 2009 (w
-// exponent).
+// It always brakes; its power is counted as stray_W. At standstill it vanishes (p > 1), a locked rotor's
+// stray loss is not covered. Sources: Modelica Standard Library,
+// Electrical.Machines.Losses.InductionMachines.StrayLoad (equivalent braking torque, current squared, a power
+// of the speed); IEC 60034-2-1 (regression on the torque squared).
 
 #include <cmath>
 

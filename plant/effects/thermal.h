@@ -9,7 +9,7 @@
 // losses' energy then counts speedup-fold): a long soak in little time; 0 holds the temperatures. Lumped
 // nodes: no hot spot, end winding as warm as the slot, radiation within G_fa. The thermocouple reads T_s.
 // Source: Mellor, Roberts, Turner, Lumped parameter thermal model for electrical machines of TEFC design, IEE
-// Proc. B 138(5), 1991, reduced to three nodes; k: IEC 60034-1, 8.6.2.3.
+// Proc. B 138(5), 1991, reduced to three nodes; k: IEC 60034-1.
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +41,8 @@ class Thermal final : public Effect {
         rotor_per_K_(1.0 / (config.rotor_k_C + config.reference_C)) {}
   std::string name() const override { return "thermal"; }
   unsigned hooks() const override {
-    return config_.stator_J_per_K > 0.0 ? kStates | kTemperatures | kResistances | kMeasured | kReadsLosses : 0u;
+    return config_.stator_J_per_K > 0.0 ? kStates | kTemperatures | kResistances | kMeasured | kReadsLosses
+                                        : 0u;
   }
   std::vector<Parameter> parameters() const override {
     const Config& c = config_;
