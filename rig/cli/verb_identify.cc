@@ -4,10 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
 #include "estimators/diagnose/compare.h"
+#include "estimators/diagnose/refit_model.h"
 #include "estimators/fit/identify.h"
 #include "estimators/fit/maps/identify_maps.h"
 #include "estimators/fit/maps/maps_json.h"
@@ -51,7 +53,7 @@ void print_standstill(const est::RecordResult& record) {
   TextTable table({"<" + printable(record.id) + ", T circuit, L_s = L_r", "value", "<95 % interval", "<unit",
                    "published", "differs_%"});
   const auto row = [&](const char* name, double value, double sigma, const char* unit, auto published) {
-    const double half = est::kNormal975 * sigma * value;
+    const double half = est::kNormal975 * std::hypot(sigma, report.gain_sigma) * value;
     const auto& other = report.published_circuit;
     table.row({name, shown(value, 5), "[" + shown(value - half, 5) + ", " + shown(value + half, 5) + "]",
                unit, other ? shown(published(*other), 5) : "-",
@@ -122,8 +124,14 @@ void run(const Options& options) {
   if (!options.nominal.empty()) wanted.nominal = est::load_model(options.nominal);
   if (::isatty(STDERR_FILENO) != 0) wanted.progress = show_progress;
   const DataSet data = load_data(options.data);
+  const bool global = options.method == "global";
+  if (global) wanted.method = "auto";
   est::MapsResult result = est::identify_with_maps(data, wanted, options.slip_rule);
   judge(result.base.model, data);
+  if (global) {
+    if (wanted.nominal) result.base.model.effects = wanted.nominal->effects;
+    result.base.model = est::refit_model(result.base.model, data, "identified, method global", wanted.threads);
+  }
   est::save_model(result.base.model, options.out);
   if (options.json) {
     fmt::print("{}\n", est::to_json(result));
@@ -141,7 +149,7 @@ void add_identify(CLI::App& app, int& exit_code) {
   verb->add_option("data", options->data, "data-set folders or event logs")->required();
   verb->add_option("--model", options->nominal, "model to start from, for starting values and bounds");
   verb->add_option("--out", options->out, "model file to write")->required();
-  verb->add_option("--method", options->method, "auto, dc, transient, standstill, points, locked, losses or maps")
+  verb->add_option("--method", options->method, "auto, dc, transient, standstill, points, locked, losses, maps or global")
       ->capture_default_str();
   verb->add_option("--slip-rule", options->slip_rule,
                    "of method maps: R_r and L_l from slips above it, L_m from those below; 0: what each record's "

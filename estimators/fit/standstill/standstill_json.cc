@@ -15,8 +15,8 @@ using Json = nlohmann::ordered_json;
 
 Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
-Json estimate(double value, double relative_sigma, const char* unit) {
-  const double half = kNormal975 * relative_sigma * value;
+Json estimate(double value, double relative_sigma, double gain_sigma, const char* unit) {
+  const double half = kNormal975 * std::hypot(relative_sigma, gain_sigma) * value;
   return {{"value", number(value)}, {"ci95", {number(value - half), number(value + half)}}, {"unit", unit}};
 }
 
@@ -41,14 +41,14 @@ Json published_json(const StandstillReport& report) {
 nlohmann::ordered_json standstill_json(const StandstillReport& report) {
   const StandstillFit& fit = report.fit;
   Json out;
-  out["t"] = {{"R_s", estimate(fit.t.R_s, fit.sigma[0], "ohm")},
-              {"R_r", estimate(fit.t.R_r, fit.sigma_R_r_t, "ohm")},
-              {"L_s", estimate(fit.t.L_ls + fit.t.L_m, fit.sigma_L_s, "H")},
-              {"L_m", estimate(fit.t.L_m, fit.sigma_L_m_t, "H")}};
-  out["inverse_gamma"] = {{"R_s", estimate(fit.theta.R_s, fit.sigma[0], "ohm")},
-                          {"R_r", estimate(fit.theta.R_r, fit.sigma[1], "ohm")},
-                          {"L_l", estimate(fit.theta.L_l, fit.sigma[2], "H")},
-                          {"L_m", estimate(fit.theta.L_m, fit.sigma[3], "H")}};
+  out["t"] = {{"R_s", estimate(fit.t.R_s, fit.sigma[0], report.gain_sigma, "ohm")},
+              {"R_r", estimate(fit.t.R_r, fit.sigma_R_r_t, report.gain_sigma, "ohm")},
+              {"L_s", estimate(fit.t.L_ls + fit.t.L_m, fit.sigma_L_s, report.gain_sigma, "H")},
+              {"L_m", estimate(fit.t.L_m, fit.sigma_L_m_t, report.gain_sigma, "H")}};
+  out["inverse_gamma"] = {{"R_s", estimate(fit.theta.R_s, fit.sigma[0], report.gain_sigma, "ohm")},
+                          {"R_r", estimate(fit.theta.R_r, fit.sigma[1], report.gain_sigma, "ohm")},
+                          {"L_l", estimate(fit.theta.L_l, fit.sigma[2], report.gain_sigma, "H")},
+                          {"L_m", estimate(fit.theta.L_m, fit.sigma[3], report.gain_sigma, "H")}};
   for (std::size_t k = 0; k < kStandstillParameters; ++k) {
     out["amplification"][kStandstillNames[k]] = number(fit.amplification[k]);
     out["noise_bias_percent"][kStandstillNames[k]] = number(100.0 * fit.noise_bias[k]);

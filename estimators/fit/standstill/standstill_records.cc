@@ -71,6 +71,7 @@ void fit_standstill_record(const DataSet& data, const Record& record, const Iden
     StandstillFitOptions wanted = fit_options(data, options);
     if (R_s) wanted.R_s = seen_along(*R_s, axis.angle_rad, data.accuracy);
     const auto report = std::make_shared<StandstillReport>(report_of(axis, wanted));
+    report->gain_sigma = gain_sigma(data.accuracy);
     const StandstillFit& fit = report->fit;
     row.i_peak_A = std::sqrt(2.0) * fit.current_A;
     row.nrmse = fit.nrmse;

@@ -12,8 +12,10 @@ namespace imrig::est {
 
 struct StandstillReport {
   StandstillFit fit;
-  double seconds = 0.0;      // of data
-  double axis_rad = 0.0;     // direction of the current
+  double seconds = 0.0;   // of data
+  double axis_rad = 0.0;  // direction of the current
+  double gain_sigma =
+      0.0;  // of the sensors, relative: scales every impedance alike, so it belongs to every interval
   GradientConfig published;  // as run
   RegressionVector published_c{};
   std::optional<TCircuit> published_circuit;  // nothing where the vector, not converged, is no motor's
