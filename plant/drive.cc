@@ -73,6 +73,7 @@ Drive::Drive(const PlantConfig& config)
       mechanics_(config.mechanics),
       effects_(config.effects),
       base_{config.machine.R_s_ohm, config.machine.R_r_ohm, 0.0},
+      per_J_(1.0 / config.mechanics.J_kgm2),
       n_p_(config.machine.pole_pairs),
       L_m_(config.machine.L_m_H),
       L_ls_(stator_leakage(config.machine)) {
@@ -99,17 +100,24 @@ State Drive::initial() const {
   return x;
 }
 
-Currents Drive::currents(const Conditions& at, const double* own, MagneticCircuit::Known* near) const {
-  Currents i = magnetics_.linear() ? circuit_.currents(at.psi_s, at.psi_r)
-               : near              ? magnetics_.follow(at.psi_s, at.psi_r, *near).i
-                                   : magnetics_.solve(at.psi_s, at.psi_r).i;
-  for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, i);
+void Drive::set_currents(const double* own, MagneticCircuit::Known* near, Conditions& at) const {
+  if (magnetics_.linear()) {
+    at.i = circuit_.currents(at.psi_s, at.psi_r);
+  } else {
+    at.i = near ? magnetics_.follow(at.psi_s, at.psi_r, *near).i : magnetics_.solve(at.psi_s, at.psi_r).i;
+  }
+  for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, at.i);
   for (const auto& slot : effects_.shunt()) {
     Shunt branch;
     slot.effect->shunt(at, own + slot.offset, branch);
-    i.s += branch.i;
+    at.i.s += branch.i;
   }
-  return i;
+}
+
+Currents Drive::currents(const Conditions& at, const double* own) const {
+  Conditions there = at;
+  set_currents(own, nullptr, there);
+  return there.i;
 }
 
 // Currents through the bars and, where there is iron loss, through a conductance G across the rotor's flux
@@ -124,7 +132,7 @@ void Drive::rotor_flow(Conditions& at, const double* own) const {
   if (G == 0.0) {
     at.i_bar = at.i.r;
   } else if (drop.R_conj == 0.0) {
-    at.i_bar = (at.i.r + G * motion) / (1.0 + drop.R * G);
+    at.i_bar = (at.i.r + G * motion) * (1.0 / (1.0 + drop.R * G));
   } else {  // i_bar + G (R i_bar + R_conj conj(i_bar)) = i_r + G motion, as two real equations
     const double a = drop.R_conj.real(), b = drop.R_conj.imag();
     at.i_bar = solve(1.0 + G * (drop.R + a), G * b, G * b, 1.0 + G * (drop.R - a), at.i.r + G * motion);
@@ -229,7 +237,7 @@ Drive::Flow Drive::flow(const State& x) const {
   return flow;
 }
 
-void Drive::settle(const double* x, MagneticCircuit::Known* near, Flow& flow) const {
+[[gnu::flatten]] void Drive::settle(const double* x, MagneticCircuit::Known* near, Flow& flow) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
   at.n_p = n_p_, at.L_m = L_m_, at.L_ls = L_ls_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
@@ -242,7 +250,7 @@ void Drive::settle(const double* x, MagneticCircuit::Known* near, Flow& flow) co
   at.temperature = {};
   for (const auto& slot : effects_.temperatures())
     slot.effect->temperatures(at, own + slot.offset, at.temperature);
-  at.i = currents(at, own, near);
+  set_currents(own, near, at);
   if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
   at.R = base_;
   for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
@@ -253,14 +261,14 @@ void Drive::settle(const double* x, MagneticCircuit::Known* near, Flow& flow) co
 
 void Drive::answer(const double* x, Flow& flow) const { answer(x, flow, shaft); }
 
-void Drive::answer(const double* x, Flow& flow, Motion as) const {
+[[gnu::flatten]] void Drive::answer(const double* x, Flow& flow, Motion as) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
   at.v_s = stator_voltage(at, own);
   at.coupling = {};
   at.coupling.w_generator = at.w_mech;
   for (const auto& slot : effects_.coupling()) slot.effect->coupling(at, own + slot.offset, at.coupling);
-  flow.generator = generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.coupling.w_generator, field_V);
+  generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.coupling.w_generator, field_V, flow.generator);
   at.generator_Nm = flow.generator.shaft_Nm;
   at.drag_Nm = 0.0, at.motion = as;
   for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
@@ -277,12 +285,12 @@ double Drive::pull_at_rest_Nm(const State& x) const {
   return now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
 }
 
-void Drive::rates(const double* x, Flow& now, double* dx, const double* held) const {
+[[gnu::flatten]] void Drive::rates(const double* x, Flow& now, double* dx, const double* held) const {
   dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
   const double torque = now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
   const bool fixed = shaft_is_held() || shaft == Motion::kResting;
-  dx[kSpeed] = fixed ? 0.0 : torque / mechanics_.J_kgm2;
+  dx[kSpeed] = fixed ? 0.0 : torque * per_J_;
   dx[kAngle] = now.at.w_mech;
   dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;
   const bool asks_slow = !held && !effects_.slow().empty();
@@ -302,9 +310,10 @@ void Drive::rates(const double* x, Flow& now, double* dx, const double* held) co
 
 // The innermost function of the plant: everything it calls is taken into it.
 [[gnu::flatten]] void Drive::derivatives(const double* x, double* dx, Memory& memory) const {
-  settle(x, &memory.magnetics, memory.flow);
-  answer(x, memory.flow);
-  rates(x, memory.flow, dx, memory.held);
+  Flow now;
+  settle(x, &memory.magnetics, now);
+  answer(x, now);
+  rates(x, now, dx, memory.held);
 }
 
 [[gnu::flatten]] void Drive::derivatives(const double* x, double* dx) const {

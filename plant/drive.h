@@ -57,7 +57,6 @@ class Drive {
   struct Memory {
     MagneticCircuit::Known magnetics;
     const double* held = nullptr;  // rates of all states, from which slow effects take theirs; null: their own
-    Flow flow;                     // the evaluation itself
   };
 
   explicit Drive(const PlantConfig& config);
@@ -100,7 +99,8 @@ class Drive {
     double ss, st, ts, tt;
     std::complex<double> along;
   };
-  Currents currents(const Conditions& at, const double* own, MagneticCircuit::Known* near = nullptr) const;
+  void set_currents(const double* own, MagneticCircuit::Known* near, Conditions& at) const;
+  Currents currents(const Conditions& at, const double* own) const;
   void answer(const double* x, Flow& flow, Motion as) const;
   void rotor_flow(Conditions& at, const double* own) const;
   Losses losses(const Conditions& at, const double* own) const;
@@ -115,6 +115,7 @@ class Drive {
   MechanicsConfig mechanics_;
   EffectSet effects_;
   Resistances base_;
+  double per_J_;  // 1/(kg m^2)
   double n_p_, L_m_, L_ls_;
   double break_away_Nm_ = 0.0;
 };

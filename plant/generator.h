@@ -36,7 +36,12 @@ class Generator {
   explicit Generator(const GeneratorConfig& config);
 
   Flow flow(double psi_d, double psi_q, double psi_f, double w_mech, double v_f) const {
-    Flow flow;
+    Flow out;
+    flow(psi_d, psi_q, psi_f, w_mech, v_f, out);
+    return out;
+  }
+  void flow(double psi_d, double psi_q, double psi_f, double w_mech, double v_f, Flow& flow) const {
+    flow.core_W = flow.friction_W = 0.0;
     if (bend_.none()) {
       flow.i_d = dd_ * psi_d - df_ * psi_f;
       flow.i_q = qq_ * psi_q;
@@ -50,7 +55,6 @@ class Generator {
     flow.d_psi_d = -R_ * flow.i_d + w * psi_q;
     flow.d_psi_q = -R_ * flow.i_q - w * psi_d;
     flow.d_psi_f = v_f - R_f_ * flow.i_f;
-    return flow;
   }
 
   // Magnetic energy at these fluxes and the currents that belong to them, J.

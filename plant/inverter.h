@@ -14,8 +14,7 @@ namespace imrig::plant {
 
 inline SpaceVector within_circle(SpaceVector asked_V, double dc_link_V) {
   const double limit = dc_link_V / kSqrt3;
-  const double amplitude = std::abs(asked_V);
-  return amplitude > limit ? asked_V * (limit / amplitude) : asked_V;
+  return std::norm(asked_V) > limit * limit ? asked_V * (limit / std::abs(asked_V)) : asked_V;
 }
 
 // Share of the cycle for which each leg hangs on the upper rail.

@@ -76,7 +76,7 @@ struct Plant::Parts {
   bool gates_on = false;
   bool fresh = true;  // as in Integrator
   Observed observed;
-  Drive::Flow flow;
+  const Drive::Flow* flow = nullptr;  // at the end of the last step
 
   explicit Parts(const PlantConfig& c)
       : config(checked(c)),
@@ -119,7 +119,7 @@ struct Plant::Parts {
 void Plant::Parts::excite() {
   if (index % supply_period != 0) return;
   const double before = drive.field_V;
-  drive.field_V = supply.update(flow.generator.i_f, seconds(config.sample_time_ns * supply_period));
+  drive.field_V = supply.update(flow->generator.i_f, seconds(config.sample_time_ns * supply_period));
   fresh = fresh || drive.field_V != before;
 }
 
@@ -197,14 +197,14 @@ void Plant::Parts::count_turns() {
 }
 
 void Plant::Parts::observe() {
-  flow = integrator->flow(x);
-  const Conditions& at = flow.at;
+  flow = &integrator->flow(x);
+  const Conditions& at = flow->at;
   observed.index = index;
   observed.v_s = at.v_s;
   observed.i_s = at.i.s, observed.i_r = at.i.r;
   observed.psi_s = at.psi_s, observed.psi_r = at.psi_r;
   observed.torque_Nm = at.torque_Nm;
-  observed.load_Nm = -flow.generator.shaft_Nm;
+  observed.load_Nm = -flow->generator.shaft_Nm;
   observed.drag_Nm = at.drag_Nm;
   const double through_shaft_Nm = at.coupling.rigid ? -at.generator_Nm : -at.coupling.torque_on_motor_Nm;
   observed.transducer_Nm = config.sensors.torque_gain * through_shaft_Nm + config.sensors.torque_offset_Nm;
@@ -214,8 +214,8 @@ void Plant::Parts::observe() {
   observed.speed_rpm = rpm_of_rad_s(at.w_mech);
   observed.angle_rad = at.angle;
   observed.turns = turns;
-  observed.generator_i_d_A = flow.generator.i_d, observed.generator_i_q_A = flow.generator.i_q;
-  observed.field_A = flow.generator.i_f, observed.field_V = drive.field_V;
+  observed.generator_i_d_A = flow->generator.i_d, observed.generator_i_q_A = flow->generator.i_q;
+  observed.field_A = flow->generator.i_f, observed.field_V = drive.field_V;
 }
 
 RawSample Plant::Parts::sample() {
@@ -223,7 +223,7 @@ RawSample Plant::Parts::sample() {
   const auto v = phases(filter.output());
   Measured values{{i[0], i[1], i[2]}, {v[0], v[1], v[2]}, observed.angle_rad, config.sensors.stator_C};
   for (const auto& slot : drive.effects().measured())
-    slot.effect->measured(flow.at, drive.own(x, slot), values);
+    slot.effect->measured(flow->at, drive.own(x, slot), values);
   observed.stator_C = values.stator_C;
   return sensors.sample(values, turns);
 }
@@ -262,7 +262,7 @@ std::int64_t Plant::sample_time_ns() const { return parts_->config.sample_time_n
 std::int64_t Plant::pwm_time_ns() const { return parts_->config.pwm_time_ns; }
 
 Powers Plant::powers() const {
-  const Drive::Flow& flow = parts_->flow;
+  const Drive::Flow& flow = *parts_->flow;
   const Conditions& at = flow.at;
   const Generator::Flow& g = flow.generator;
   const GeneratorConfig& box = parts_->config.generator;

@@ -4,12 +4,26 @@
 #include <cstring>
 
 namespace imrig::plant {
+namespace {
+
+// None of the arrays overlaps another.
+void line(std::size_t n, const double* __restrict x, double h, const double* __restrict slope,
+          double* __restrict to) {
+  for (std::size_t k = 0; k < n; ++k) to[k] = x[k] + h * slope[k];
+}
+
+void mean(std::size_t n, const double* __restrict k1, const double* __restrict k2, const double* __restrict k3,
+          const double* __restrict k4, double sixth, const double* __restrict x, double* __restrict to) {
+  for (std::size_t k = 0; k < n; ++k) to[k] = x[k] + sixth * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
+}
+
+}  // namespace
 
 // With the gates off diodes hold currents at exactly zero, which takes the currents to the last bit.
 bool Rk4Integrator::followed() const { return drive_.terminals.kind == Terminals::Kind::kInverter; }
 
 bool Rk4Integrator::settled(const State& x) const {
-  const Conditions& at = memory_.flow.at;
+  const Conditions& at = flow_.at;
   return known_ && drive_.terminals.kind == known_terminals_.kind && at.dc_link_V == drive_.dc_link_V &&
          at.cycle_s == drive_.cycle_s && std::memcmp(x.data(), known_x_.data(), n_ * sizeof(double)) == 0;
 }
@@ -17,15 +31,15 @@ bool Rk4Integrator::settled(const State& x) const {
 const Drive::Flow& Rk4Integrator::flow(const State& x) {
   const Terminals& now = drive_.terminals;
   if (!settled(x)) {
-    drive_.settle(x.data(), followed() ? &memory_.magnetics : nullptr, memory_.flow);
+    drive_.settle(x.data(), followed() ? &memory_.magnetics : nullptr, flow_);
     std::memcpy(known_x_.data(), x.data(), n_ * sizeof(double));
   } else if (now.v_s == known_terminals_.v_s && now.axis == known_terminals_.axis &&
-             drive_.field_V == known_field_V_ && drive_.shaft == memory_.flow.at.motion) {
-    return memory_.flow;
+             drive_.field_V == known_field_V_ && drive_.shaft == flow_.at.motion) {
+    return flow_;
   }
-  drive_.answer(x.data(), memory_.flow);
+  drive_.answer(x.data(), flow_);
   known_terminals_ = now, known_field_V_ = drive_.field_V, known_ = true;
-  return memory_.flow;
+  return flow_;
 }
 
 void Rk4Integrator::derivatives(const State& x, State& dx) {
@@ -37,14 +51,19 @@ void Rk4Integrator::derivatives(const State& x, State& dx) {
 }
 
 void Rk4Integrator::stage(const State& x, double h, const State& slope, State& out) {
-  for (std::size_t k = 0; k < n_; ++k) at_[k] = x[k] + h * slope[k];
+  line(n_, x.data(), h, slope.data(), at_.data());
   derivatives(at_, out);
 }
 
 void Rk4Integrator::advance(State& x, double h, bool /*fresh*/) {
   State k1;
-  flow(x);
-  drive_.rates(x.data(), memory_.flow, k1.data(), slow_.data());
+  memory_.held = slow_.data();
+  if (settled(x)) {
+    flow(x);
+    drive_.rates(x.data(), flow_, k1.data(), slow_.data());
+  } else {
+    derivatives(x, k1);
+  }
   known_ = false;
   step(x, k1, h, 0);
 }
@@ -77,7 +96,7 @@ void Rk4Integrator::step(State& x, const State& k1, double h, int halvings) {
     step(x, middle, 0.5 * h, halvings + 1);
     return;
   }
-  for (std::size_t k = 0; k < n_; ++k) at_[k] = x[k] + h / 6.0 * (k1[k] + 2.0 * (k2_[k] + k3_[k]) + k4_[k]);
+  mean(n_, k1.data(), k2_.data(), k3_.data(), k4_.data(), h / 6.0, x.data(), at_.data());
   for (const auto& slot : drive_.effects().slow()) {
     const std::size_t first = kOwn + slot.offset;
     for (std::size_t k = first; k < first + slot.effect->states(); ++k) {

@@ -38,8 +38,9 @@ class Rk4Integrator final : public Integrator {
   State at_{}, k2_{}, k3_{}, k4_{};
   State slow_{};  // rates of the slow effects, from the last step
   Drive::Memory memory_;
-  // Of memory_.flow, while it is the point that flow() was asked for last: its state and the inputs there.
+  // The point that flow() was asked for last, its state and the inputs there.
   bool known_ = false;
+  Drive::Flow flow_;
   State known_x_{};
   Terminals known_terminals_;
   double known_field_V_ = 0.0;

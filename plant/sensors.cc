@@ -47,8 +47,7 @@ std::int16_t Sensors::convert(double value, double gain, double offset_counts, d
                               double per_count) {
   const double full = scale_.full_scale_counts;
   const double noisy = noise > 0.0 ? value * (1.0 + gain) + noise * noise_.normal() : value * (1.0 + gain);
-  return static_cast<std::int16_t>(
-      std::clamp(std::nearbyint(noisy / per_count + offset_counts), -full, full - 1.0));
+  return static_cast<std::int16_t>(std::lrint(std::clamp(noisy / per_count + offset_counts, -full, full - 1.0)));
 }
 
 std::int64_t Sensors::count(std::int64_t lines) {

@@ -47,7 +47,9 @@ class InverterDeadTime final : public Effect {
     const auto lost = [&](double i_k) {
       return step_V * i_k / std::sqrt(i_k * i_k + config_.width_A * config_.width_A);
     };
-    v -= space_vector(lost(i[0]), lost(i[1]), lost(i[2])) + config_.drop_ohm * at.i.s;
+    const double a = lost(i[0]), b = lost(i[1]), c = lost(i[2]);
+    v -= std::complex<double>((2.0 / 3.0) * a - (1.0 / 3.0) * (b + c), (b - c) * (1.0 / kSqrt3));
+    v -= config_.drop_ohm * at.i.s;
   }
 
  private:

@@ -44,12 +44,12 @@ void RotorSkinEffect::derivatives(const Conditions& at, const double* own, doubl
     bypassed += layer(own, k);
     inner[static_cast<std::size_t>(k)] = at.i_bar - bypassed;
   }
-  // L_k = R_nominal tau/(4k - 1), so that over L_k the warm R is R/R_nominal.
-  const double warm = at.R.R_r / at.R_r_nominal, w = at.n_p * at.w_mech;
+  // L_k = R_nominal tau/(4k + 3), k from 0, so that over it the warm R is (4k + 3) R/(R_nominal tau).
+  const double warm = at.R.R_r / (at.R_r_nominal * tau_s_), w = at.n_p * at.w_mech;
   Complex volts = 0.0;  // over R, across layer k
   for (int k = kLayers - 1; k >= 0; --k) {
     volts += kSeries[static_cast<std::size_t>(k)] * inner[static_cast<std::size_t>(k)];
-    const Complex own_k = layer(own, k), rate = volts * (warm / (inductance(k) * tau_s_));
+    const Complex own_k = layer(own, k), rate = volts * (warm * (4.0 * k + 3.0));
     d_own[2 * k] = rate.real() - w * own_k.imag();
     d_own[2 * k + 1] = rate.imag() + w * own_k.real();
   }
