@@ -95,7 +95,8 @@ std::string svg(const Picture& p) {
     out += fmt::format("<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"{} points=\"", colour,
                        s.dashed ? " stroke-dasharray=\"6 4\"" : "");
     for (std::size_t i = 0; i < s.x.size(); ++i) {
-      out += (i > 0 ? " " : "") + number(x(s.x[i])) + "," + number(y(s.y[i]));
+      if (i > 0) out += " ";
+      out += number(x(s.x[i])) + "," + number(y(s.y[i]));
     }
     out += "\"/>\n";
     if (!s.label.empty()) {
