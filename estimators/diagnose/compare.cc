@@ -43,7 +43,7 @@ std::map<std::string, std::vector<std::size_t>> repeats_of(const DataSet& data) 
 }
 
 // Residuals are kept only where a repeat asks for them: they are as large as the data.
-std::map<std::size_t, Residual> compare_records(const MachineParameters<double>& machine, const DataSet& data,
+std::map<std::size_t, Residual> compare_records(const ModelPrediction& model, const DataSet& data,
                                                 const CompareOptions& options,
                                                 const std::map<std::string, std::vector<std::size_t>>& groups,
                                                 CompareResult& result) {
@@ -53,13 +53,13 @@ std::map<std::size_t, Residual> compare_records(const MachineParameters<double>&
   }
   for (std::size_t k = 0; k < data.records.size(); ++k) {
     const Record& record = data.records[k];
-    ComparedRecord out = named(record, data.pole_pairs, machine.R_s);
+    ComparedRecord out = named(record, data.pole_pairs, model.machine().R_s);
     try {
       if (record.kind == RecordKind::kPoints) {
-        compare_points(machine, data, record, out);
+        compare_points(model, data, record, out);
         kept.erase(k);
       } else {
-        Residual residual = compare_series(machine, data, record, options, out);
+        Residual residual = compare_series(model, data, record, options, out);
         if (kept.contains(k)) kept[k] = std::move(residual);
       }
     } catch (const Error& e) {
@@ -135,7 +135,7 @@ void tell(const DataSet& data, CompareResult& result) {
 
 CompareResult compare(const Model& model, const DataSet& data, const CompareOptions& options) {
   check(model, data);
-  const MachineParameters<double> machine = model.machine();
+  const ModelPrediction prediction(model);
   CompareResult result;
   result.model_name = model.name;
   result.data_name = data.name;
@@ -145,7 +145,7 @@ CompareResult compare(const Model& model, const DataSet& data, const CompareOpti
                     model.delta ? "delta" : "star", data.delta ? "delta" : "star"));
   }
   const auto groups = repeats_of(data);
-  const auto kept = compare_records(machine, data, options, groups, result);
+  const auto kept = compare_records(prediction, data, options, groups, result);
   apply_repeats(groups, kept, result);
   result.fitted = pooled(result.records, false);
   result.holdout = pooled(result.records, true);

@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "estimators/diagnose/channel.h"
-#include "estimators/model/output.h"
 
 namespace imrig::est {
 
@@ -39,13 +38,12 @@ double own_sigma(const PointChannel& channel, const Noise& noise, const SteadyPo
 // Spread of the prediction over one sigma of an input; 0 where that noise is not known.
 class InputNoise {
  public:
-  InputNoise(const MachineParameters<double>& machine, int pole_pairs, const Noise& noise,
-             const SteadyPoint& p) {
+  InputNoise(const ModelPrediction& model, const Noise& noise, const SteadyPoint& p) {
     const auto at = [&](double dv, double dw) {
       SteadyPoint moved = p;
       moved.v_peak_V += dv;
       moved.speed_rad_s += dw;
-      return predict_point(machine, pole_pairs, moved);
+      return model.point(moved);
     };
     voltage_ = !std::isnan(noise.voltage_V) && noise.voltage_V < p.v_peak_V;
     speed_ = !std::isnan(noise.speed_rad_s);
@@ -66,13 +64,13 @@ class InputNoise {
 
 }  // namespace
 
-void compare_points(const MachineParameters<double>& machine, const DataSet& data, const Record& record,
+void compare_points(const ModelPrediction& model, const DataSet& data, const Record& record,
                     ComparedRecord& out) {
   for (const auto& measured : record.points) {
-    const SteadyPoint predicted = predict_point(machine, data.pole_pairs, measured);
-    const InputNoise inputs(machine, data.pole_pairs, data.noise, measured);
+    const SteadyPoint predicted = model.point(measured);
+    const InputNoise inputs(model, data.noise, measured);
     PointResult point;
-    point.conditions = conditions_of(measured, data.pole_pairs, machine.R_s);
+    point.conditions = conditions_of(measured, data.pole_pairs, model.machine().R_s);
     for (const auto& channel : kChannels) {
       const double m = measured.*channel.place, p = predicted.*channel.place;
       point.channels[channel.name] = {channel.scale * m, channel.scale * p};

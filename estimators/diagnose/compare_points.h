@@ -4,11 +4,12 @@
 // the same for the speed, whose rounding matters most: at small slip the rotor current is proportional to it.
 
 #include "estimators/diagnose/compare.h"
+#include "estimators/diagnose/effect_prediction.h"
 #include "estimators/model/base_machine.h"
 
 namespace imrig::est {
 
-void compare_points(const MachineParameters<double>& machine, const DataSet& data, const Record& record,
+void compare_points(const ModelPrediction& model, const DataSet& data, const Record& record,
                     ComparedRecord& out);
 
 }  // namespace imrig::est

@@ -40,16 +40,17 @@ std::uint64_t seed_of(const TimeSeries& series, std::uint64_t seed) {
   return fnv1a64({reinterpret_cast<const char*>(series.i.data()), bytes}, fnv1a64("noise") + seed);
 }
 
-// Per sample: what voltage and speed noise do to the prediction, mean square over the draws.
+// Per sample: what voltage and speed noise do to the prediction, mean square over the draws. So small a
+// disturbance passes any effect as it passes the linear machine.
 struct PassedNoise {
   double current2 = 0.0;  // of |i|, mean over the samples
   std::vector<double> power2;
 };
 
 PassedNoise passed_noise(const MachineParameters<double>& machine, const DataSet& data,
-                         const TimeSeries& series, const CurrentPrediction& clean,
-                         const CompareOptions& options) {
+                         const TimeSeries& series, const CompareOptions& options) {
   PassedNoise out;
+  const CurrentPrediction clean = predict_current(machine, data.pole_pairs, series);
   const std::size_t n = clean.predicted.size();
   out.power2.assign(n, 0.0);
   if (std::isnan(data.noise.voltage_V) && std::isnan(data.noise.speed_rad_s)) return out;
@@ -144,10 +145,10 @@ Residual residual_of(const CurrentPrediction& p, const TimeSeries& series) {
 
 }  // namespace
 
-Residual compare_series(const MachineParameters<double>& machine, const DataSet& data, const Record& record,
+Residual compare_series(const ModelPrediction& model, const DataSet& data, const Record& record,
                         const CompareOptions& options, ComparedRecord& out) {
-  const CurrentPrediction p = predict_current(machine, data.pole_pairs, record.series);
-  add_channels(data, record.series, p, passed_noise(machine, data, record.series, p, options), out);
+  const CurrentPrediction p = model.current(record.series);
+  add_channels(data, record.series, p, passed_noise(model.machine(), data, record.series, options), out);
   out.overlay = overlay_of(p, record.series, out.conditions.f_Hz);
   return residual_of(p, record.series);
 }

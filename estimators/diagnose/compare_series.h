@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimators/diagnose/compare.h"
-#include "estimators/model/base_machine.h"
+#include "estimators/diagnose/effect_prediction.h"
 
 namespace imrig::est {
 
@@ -18,7 +18,7 @@ struct Residual {
 };
 
 // Throws Error when the record cannot be judged.
-Residual compare_series(const MachineParameters<double>& machine, const DataSet& data, const Record& record,
+Residual compare_series(const ModelPrediction& model, const DataSet& data, const Record& record,
                         const CompareOptions& options, ComparedRecord& out);
 
 }  // namespace imrig::est

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
 #include "estimators/model/map_forms.h"
+#include "estimators/model/effects/effect_file.h"
 #include "rig/base/config_reader.h"
 #include "rig/base/error.h"
 #include "rig/base/file.h"
@@ -162,6 +164,7 @@ void write_ratings(std::string& out, const Ratings& r) {
 
 void write_effect(std::string& out, const ActiveEffect& effect) {
   out += fmt::format("\n[[effect]]\nname = {}\n", quoted(effect.name));
+  if (!effect.form.empty()) out += fmt::format("form = {}\n", quoted(effect.form));
   for (const auto& [name, parameter] : effect.parameters) {
     out += fmt::format("[effect.parameters.{}]\n", name);
     write_parameter(out, parameter);
@@ -199,8 +202,9 @@ Model parse_model(const std::string& text, const std::string& name) {
   model.ratings = read_ratings(root);
   read_base(root, model);
   for (const auto& effect : root.tables("effect")) {
-    effect.fail("name", "is the effect \"" + effect.text("name") + "\", which this imrig does not know",
-                "it knows the base model alone");
+    model.effects.push_back(read_effect(effect, read_parameter));
+    const auto same = std::count_if(model.effects.begin(), model.effects.end(), [&](const ActiveEffect& e) { return e.name == model.effects.back().name; });
+    if (same > 1) effect.fail("name", "is \"" + model.effects.back().name + "\" a second time", "an effect is in a model once");
   }
   model.maps = read_maps(root);
   for (const auto& revision : root.tables("history")) model.history.push_back(read_revision(revision));

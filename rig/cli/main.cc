@@ -13,7 +13,7 @@ int body(int argc, char** argv) {
   app.set_version_flag("--version", IMRIG_VERSION);
   int exit_code = 0;
   for (const auto add : {add_up, add_status, add_estop, add_reset, add_campaign, add_info, add_import, add_export, add_identify,
-                         add_compare, add_model, add_replay}) {
+                         add_compare, add_diagnose, add_improve, add_model, add_replay}) {
     add(app, exit_code);
   }
   try {

@@ -19,6 +19,7 @@
 #include "rig/base/error.h"
 #include "rig/cli/identify_maps_text.h"
 #include "rig/cli/load_data.h"
+#include "rig/cli/report/identification.h"
 #include "rig/cli/text_table.h"
 #include "rig/cli/verbs.h"
 
@@ -31,6 +32,7 @@ struct Options {
   std::string out;
   std::string nominal;
   std::string method = "auto";
+  std::string report;
   double slip_rule = est::kPaperSlipRule;
   bool json = false;
 };
@@ -133,6 +135,7 @@ void run(const Options& options) {
     result.base.model = est::refit_model(result.base.model, data, "identified, method global", wanted.threads);
   }
   est::save_model(result.base.model, options.out);
+  if (!options.report.empty()) write_identification_report(result, options.report);
   if (options.json) {
     fmt::print("{}\n", est::to_json(result));
   } else {
@@ -156,6 +159,8 @@ void add_identify(CLI::App& app, int& exit_code) {
                    "own covariance says decides alone")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  verb->add_option("--report", options->report,
+                   "folder for report.html: the maps, the losses and the validation as figures");
   verb->add_flag("--json", options->json, "print JSON");
   verb->callback([options, &exit_code] {
     run(*options);

@@ -11,6 +11,7 @@
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 #include "rig/cli/json_number.h"
+#include "rig/cli/model_effects.h"
 #include "rig/cli/model_circuits.h"
 #include "rig/cli/text_table.h"
 #include "rig/cli/verbs.h"
@@ -186,6 +187,7 @@ void add_model(CLI::App& app, int& exit_code) {
   });
   add_model_convert(*verb, exit_code);
   add_model_export(*verb, exit_code);
+  add_model_effects(*verb, exit_code);
 }
 
 }  // namespace imrig

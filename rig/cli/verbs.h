@@ -8,10 +8,12 @@ namespace imrig {
 
 void add_campaign(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
+void add_diagnose(CLI::App& app, int& exit_code);
 void add_estop(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_identify(CLI::App& app, int& exit_code);
 void add_import(CLI::App& app, int& exit_code);
+void add_improve(CLI::App& app, int& exit_code);
 void add_info(CLI::App& app, int& exit_code);
 void add_model(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);

@@ -12,6 +12,7 @@ namespace imrig::est {
 
 namespace {
 
+constexpr double kOffsetShare = 5e-4;  // of the largest current: no channel is better than that
 constexpr double kNormal975 = 1.959963984540054;
 
 std::size_t entry_named(const char* effect, const char* parameter) {
@@ -40,7 +41,6 @@ void admit(const char* effect, double sigma, WorkingModel& out) {
   const std::size_t number = *effect_number(effect);
   if (!(sigma > 0.0) || out.has(number)) return;
   for (std::size_t e = kSharedPlace[number]; e < kSharedPlace[number + 1]; ++e) {
-    if (shared_parameter(e).unit != std::string_view("1")) continue;
     out.nuisances.push_back(e);
     out.priors.push_back({e, shared_parameter(e).neutral, sigma});
   }
@@ -103,6 +103,10 @@ bool WorkingModel::has(std::size_t effect) const {
 
 void fill_references(const GlobalProblem& problem, SharedVector<double>& shared) {
   shared[entry_named("magnetizing_saturation", "psi_ref_Wb")] = problem.largest_flux_Wb();
+  if (problem.has_stator_C()) {
+    shared[entry_named("rotor_heating", "reference_C")] = problem.mean_stator_C();
+    shared[entry_named("stator_heating", "reference_C")] = problem.mean_stator_C();
+  }
   shared[entry_named("leakage_saturation", "psi_ref_Wb")] = problem.largest_current_A() * shared[2];
 }
 
@@ -120,6 +124,18 @@ double material_size(const GlobalProblem& problem, const SharedVector<double>& s
   return p.scale;
 }
 
+std::vector<Candidate> active_effects(const Model& model) {
+  std::vector<Candidate> out;
+  for (const ActiveEffect& effect : model.effects) {
+    const auto number = effect_number(effect.name);
+    if (!number)
+      throw Error("model \"" + model.name + "\"", "has the effect \"" + effect.name + "\"",
+                  "imrig model effects lists those there are");
+    out.push_back({*number, form_number(effect, *number)});
+  }
+  return out;
+}
+
 WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   WorkingModel out;
   SharedVector<double> shared = shared_vector(model);
@@ -132,10 +148,7 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
       if (!active) shared[e] = referred[e];
     }
   }
-  for (const ActiveEffect& effect : model.effects) {
-    const std::size_t number = *effect_number(effect.name);
-    out.active.push_back({number, form_number(effect, number)});
-  }
+  out.active = active_effects(model);
   out.at = problem.start(shared);
   if (model.R_s.found.starts_with("dc test") && std::isfinite(model.R_s.ci95_high)) {
     const double sigma = 0.5 * (model.R_s.ci95_high - model.R_s.ci95_low) / kNormal975;
@@ -143,6 +156,7 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   }
   const Accuracy& accuracy = problem.data().accuracy;
   admit("supply_unbalance", accuracy.voltage_gain / std::sqrt(6.0), out);
+  admit("current_offset", kOffsetShare * problem.largest_current_A(), out);
   admit("current_gain", accuracy.current_gain * std::sqrt(2.0 / 3.0), out);
   return out;
 }

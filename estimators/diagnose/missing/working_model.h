@@ -37,6 +37,9 @@ struct WorkingModel {
   bool has(std::size_t effect) const;
 };
 
+// The effects of a model in their forms. Throws Error: unknown form.
+std::vector<Candidate> active_effects(const Model& model);
+
 // From a model: its effects in their forms, references filled in from the data where the model has none.
 WorkingModel working_model(const GlobalProblem& problem, const Model& model);
 

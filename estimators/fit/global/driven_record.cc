@@ -33,10 +33,10 @@ double gain_of(const FrameRecord& frame, std::size_t by) {
   return std::sqrt(power);
 }
 
-void thin(DrivenRecord& record) {
+void thin(DrivenRecord& record, double longest_s) {
   FrameRecord& frame = record.frame;
   const auto most =
-      static_cast<std::size_t>(std::max(1.0, std::floor(kThinnedTime_s / frame.sample_time_s + 1e-9)));
+      static_cast<std::size_t>(std::max(1.0, std::floor(longest_s / frame.sample_time_s + 1e-9)));
   const std::size_t by = std::min(most, std::max<std::size_t>(1, (frame.size() - frame.judged_from) / 64));
   record.mean_gain = gain_of(frame, by);
   if (by == 1) return;
@@ -73,13 +73,13 @@ void add_rotor_turn(DrivenRecord& record) {
   }
 }
 
-void add_temperature(DrivenRecord& record, const TimeSeries& series, double mean_stator_C) {
-  if (series.stator_C.size() != series.size() || std::isnan(mean_stator_C)) return;
-  double last = mean_stator_C;
+void add_temperature(DrivenRecord& record, const TimeSeries& series) {
+  if (series.stator_C.size() != series.size()) return;
+  double last = kUnknown_C;
   for (std::size_t k = 0; k < record.size(); ++k) {
     const double here = series.stator_C[record.frame.first + k * static_cast<std::size_t>(record.thinned)];
     if (std::isfinite(here)) last = here;
-    record.stator_rise_K.push_back(last - mean_stator_C);
+    record.stator_C.push_back(last);
   }
 }
 
@@ -93,17 +93,17 @@ Instant DrivenRecord::at(std::size_t k) const {
   out.turn = std::polar(1.0, frame.w_k * t);
   out.rotor_turn = rotor_turn[k];
   out.voltage_rate = voltage_rate[k];
-  out.stator_rise_K = stator_rise_K.empty() ? 0.0 : stator_rise_K[k];
+  if (!stator_C.empty()) out.stator_C = stator_C[k];
   return out;
 }
 
-DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double mean_stator_C) {
+DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double longest_s) {
   DrivenRecord record;
   record.frame = to_frame(series, pole_pairs);
-  thin(record);
+  thin(record, longest_s);
   add_voltage_rate(record);
   add_rotor_turn(record);
-  add_temperature(record, series, mean_stator_C);
+  add_temperature(record, series);
   return record;
 }
 

@@ -22,15 +22,15 @@ struct DrivenRecord {
   int thinned = 1;
   double mean_gain = 1.0;  // sigma of current noise here over that of one sample of the series
   std::vector<std::complex<double>> voltage_rate;  // V/s, stationary derivative seen in the frame
-  std::vector<double> stator_rise_K;               // empty: not measured
+  std::vector<double> stator_C;                    // empty: not measured
   std::vector<std::complex<double>> rotor_turn;    // exp(j (theta_r - theta_k)), theta_r = 0 at the start
 
   std::size_t size() const { return frame.size(); }
   Instant at(std::size_t k) const;
 };
 
-// mean_stator_C: of the whole set, the reference of stator_rise_K; NaN: leave it out.
+// longest_s: sample time that thinning may make; 0: none.
 // Throws Error when the series cannot be used (frame_record.h).
-DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double mean_stator_C);
+DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double longest_s = kThinnedTime_s);
 
 }  // namespace imrig::est

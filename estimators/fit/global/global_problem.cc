@@ -7,6 +7,7 @@
 #include <limits>
 #include <thread>
 
+#include "estimators/fit/global/settle.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
 
@@ -15,7 +16,6 @@ namespace imrig::est {
 namespace {
 
 constexpr double kTableRelative = 0.003;  // what a table without declared noise is good for
-constexpr int kMostRounds = 25;
 
 bool simulated(RecordKind kind) { return kind != RecordKind::kDc; }
 
@@ -51,10 +51,6 @@ PointNoise point_noise(const Noise& declared) {
 
 }  // namespace
 
-double local_prior_sigma(std::size_t entry) {
-  return entry < kStates ? std::numeric_limits<double>::infinity() : 0.2;
-}
-
 GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads)
     : data_(data),
       threads_(std::max(1, threads)),
@@ -73,8 +69,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
     entry.record = &record;
     try {
       if (record.kind != RecordKind::kPoints) {
-        entry.series =
-            std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, mean_stator_C_));
+        entry.series = std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs));
         const FrameRecord& frame = entry.series->frame;
         for (std::size_t n = frame.judged_from; n < frame.size(); ++n) {
           largest_current_ = std::max(largest_current_, std::abs(frame.i[n]));
@@ -84,7 +79,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
         }
       }
       for (const SteadyPoint& p : record.points) {
-        predict_steady(start({}).shared, data.pole_pairs, mean_stator_C_, p);
+        predict_steady(start({}).shared, data.pole_pairs, p);
         if (p.f_Hz > 5.0) largest_flux_ = std::max(largest_flux_, p.v_peak_V / (2.0 * kPi * p.f_Hz));
         if (std::isfinite(p.i_peak_A)) largest_current_ = std::max(largest_current_, p.i_peak_A);
         torque_ = torque_ || std::isfinite(p.torque_Nm) || std::isfinite(p.p_out_W);
@@ -147,8 +142,7 @@ RecordTerms GlobalProblem::evaluate_one(std::size_t number, const SharedVector<d
                                         const LocalVector<double>& local, const Lanes& lanes,
                                         RecordTrace* trace) const {
   const Entry& entry = entries_[number];
-  if (!entry.series)
-    return points_terms(entry.record->points, data_.pole_pairs, mean_stator_C_, point_noise_, shared, lanes);
+  if (!entry.series) return points_terms(entry.record->points, data_.pole_pairs, point_noise_, shared, lanes);
   return record_terms(*entry.series, *entry.whitener, entry.steps, shared, local, lanes, trace);
 }
 
@@ -210,53 +204,8 @@ GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free,
 void GlobalProblem::settle(GlobalPoint& at, const std::vector<std::size_t>& local,
                            const std::vector<std::size_t>& which) const {
   each(which, [&](std::size_t w) {
-    const std::size_t k = which[w];
-    const auto locals = locals_of(k, local);
-    if (locals.empty()) return;
-    LocalVector<double>& x = at.local[k];
-    double best = std::numeric_limits<double>::infinity();
-    LocalVector<double> kept = x;
-    double damping = 0.0;
-    Eigen::VectorXd gradient;
-    Eigen::MatrixXd normal;
-    for (int round = 0; round < kMostRounds; ++round) {
-      RecordTerms r = evaluate_one(k, at.shared, x, {{}, locals});
-      for (std::size_t m = 0; m < locals.size(); ++m) {
-        const double sigma = local_prior_sigma(locals[m]);
-        if (!std::isfinite(sigma)) continue;
-        const auto d = static_cast<Eigen::Index>(m);
-        r.chi2 += std::pow(x[locals[m]] / sigma, 2);
-        r.normal(d, d) += 1.0 / (sigma * sigma);
-        r.gradient[d] += x[locals[m]] / (sigma * sigma);
-      }
-      const bool better = std::isfinite(r.chi2) && r.chi2 < best;
-      const bool settled = better && best - r.chi2 < 1e-6 * r.chi2 + 1e-3;
-      if (better) {
-        best = r.chi2;
-        kept = x;
-        gradient = r.gradient;
-        normal = r.normal;
-        damping *= 0.1;
-        if (damping < 1e-6) damping = 0.0;
-      } else {
-        if (gradient.size() == 0 || damping > 1e6) break;
-        damping = damping == 0.0 ? 1e-3 : 10.0 * damping;
-      }
-      if (settled) break;
-      Eigen::MatrixXd D = normal;
-      D.diagonal() *= 1.0 + damping + 1e-12;
-      D.diagonal().array() += 1e-12;
-      const Eigen::VectorXd step = D.ldlt().solve(gradient);
-      x = kept;
-      for (std::size_t m = 0; m < locals.size(); ++m) {
-        x[locals[m]] -= step[static_cast<Eigen::Index>(m)];
-        if (locals[m] >= kStates) {
-          const EffectParameter& p = local_parameter(locals[m]);
-          x[locals[m]] = std::clamp(x[locals[m]], p.low, p.high);
-        }
-      }
-    }
-    x = kept;
+    const Entry& entry = entries_[which[w]];
+    if (entry.series) settle_record(*entry.series, *entry.whitener, entry.steps, at.shared, local, at.local[which[w]]);
   });
 }
 

@@ -41,7 +41,7 @@ struct GlobalTerms {
   std::size_t values = 0;
   Eigen::MatrixXd normal;  // over the shared unknowns
   Eigen::VectorXd gradient;
-  std::vector<RecordTerms> records;     // as they were evaluated
+  std::vector<RecordTerms> records;      // as they were evaluated
   std::vector<Eigen::VectorXd> scores;   // reduced gradient of each record
   std::vector<Eigen::MatrixXd> normals;  // reduced normal matrix of each record
 };
@@ -110,8 +110,5 @@ class GlobalProblem {
   double largest_flux_ = 0.1, largest_current_ = 1.0;
   bool torque_ = false;
 };
-
-// Prior of a record's own entry: what is physically possible; infinite for the initial state.
-double local_prior_sigma(std::size_t entry);
 
 }  // namespace imrig::est

@@ -21,7 +21,7 @@ struct Setting {
   Instant at;
 };
 
-Setting setting_of(const SteadyPoint& p, int pole_pairs, double mean_stator_C) {
+Setting setting_of(const SteadyPoint& p, int pole_pairs) {
   if (!(p.v_peak_V > 0.0) || !(std::abs(p.f_Hz) >= 0.0) || !std::isfinite(p.speed_rad_s)) {
     throw Error("operating point", "lacks voltage, frequency or speed",
                 "the model needs all three to predict the rest");
@@ -31,8 +31,7 @@ Setting setting_of(const SteadyPoint& p, int pole_pairs, double mean_stator_C) {
   s.w_r = pole_pairs * p.speed_rad_s;
   s.at.w_k = 2.0 * kPi * p.f_Hz;
   s.at.voltage_rate = std::complex<double>(0.0, s.at.w_k * p.v_peak_V);
-  if (std::isfinite(p.stator_C) && std::isfinite(mean_stator_C))
-    s.at.stator_rise_K = p.stator_C - mean_stator_C;
+  if (std::isfinite(p.stator_C)) s.at.stator_C = p.stator_C;
   return s;
 }
 
@@ -137,11 +136,10 @@ Outputs<T> outputs(const EffectMachine<T>& machine, const EffectState<T>& x, con
 
 }  // namespace
 
-PointPrediction predict_steady(const SharedVector<double>& given, int pole_pairs, double mean_stator_C,
-                               const SteadyPoint& point) {
+PointPrediction predict_steady(const SharedVector<double>& given, int pole_pairs, const SteadyPoint& point) {
   const SharedVector<double> shared = without_ripple(given);
   const LocalVector<double> local = resting();
-  const Setting s = setting_of(point, pole_pairs, mean_stator_C);
+  const Setting s = setting_of(point, pole_pairs);
   const EffectMachine<double> machine(shared, local);
   Eigen::Matrix<double, kState, kState> jacobian;
   const auto x = steady_state_of(machine, shared, local, s, jacobian);
@@ -149,8 +147,8 @@ PointPrediction predict_steady(const SharedVector<double>& given, int pole_pairs
   return {out.i_peak, out.p_in, out.q, out.torque, out.p_out};
 }
 
-RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs, double mean_stator_C,
-                         const PointNoise& noise, const SharedVector<double>& given, const Lanes& lanes) {
+RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs, const PointNoise& noise,
+                         const SharedVector<double>& given, const Lanes& lanes) {
   using Jet = ceres::Jet<double, kLanes>;
   if (lanes.shared.size() > kLanes) throw Error("global fit", "has more unknowns than one evaluation takes");
   const auto used = static_cast<Eigen::Index>(lanes.shared.size());
@@ -172,7 +170,7 @@ RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs,
 
   for (std::size_t n = 0; n < points.size(); ++n) {
     const SteadyPoint& point = points[n];
-    const Setting s = setting_of(point, pole_pairs, mean_stator_C);
+    const Setting s = setting_of(point, pole_pairs);
     Eigen::Matrix<double, kState, kState> jacobian;
     const auto x = steady_state_of(plain_machine, shared, local, s, jacobian);
     // x(theta): dx = -F_x^-1 F_theta.

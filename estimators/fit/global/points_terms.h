@@ -22,11 +22,10 @@ struct PointPrediction {
 
 // The steady state of the machine with its effects. Throws Error where the point lacks voltage, frequency or
 // speed, or where no steady state is found.
-PointPrediction predict_steady(const SharedVector<double>& shared, int pole_pairs, double mean_stator_C,
-                               const SteadyPoint& point);
+PointPrediction predict_steady(const SharedVector<double>& shared, int pole_pairs, const SteadyPoint& point);
 
 // lanes.local is left out: points have no unknowns of their own.
-RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs, double mean_stator_C,
-                         const PointNoise& noise, const SharedVector<double>& shared, const Lanes& lanes);
+RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs, const PointNoise& noise,
+                         const SharedVector<double>& shared, const Lanes& lanes);
 
 }  // namespace imrig::est

@@ -38,7 +38,6 @@ struct Segment {
     out.turn = between(from.turn, to.turn);
     out.rotor_turn = between(from.rotor_turn, to.rotor_turn);
     out.voltage_rate = from.voltage_rate + part * (to.voltage_rate - from.voltage_rate);
-    out.stator_rise_K = from.stator_rise_K + part * (to.stator_rise_K - from.stator_rise_K);
     return out;
   }
 };

@@ -55,6 +55,8 @@ struct EffectInfo {
   std::span<const EffectParameter> local = {};  // one value a record
 };
 
+inline constexpr double kUnknown_C = -1e9;  // no temperature was measured
+
 // Where a machine is in its record at one instant.
 struct Instant {
   double w_k = 0.0;                       // speed of the frame, electrical rad/s
@@ -62,7 +64,7 @@ struct Instant {
   std::complex<double> rotor_turn = 1.0;  // exp(j (theta_r - theta_k)): from the rotor's frame to the frame
   std::complex<double> voltage_rate =
       0.0;  // dv/dt of the measured voltage in the stationary frame, V/s, seen in the frame
-  double stator_rise_K = 0.0;  // measured winding temperature above the set's mean; 0 where unknown
+  double stator_C = kUnknown_C;  // measured winding temperature
 };
 
 // Stator current and rotor current (into the rotor's resistance), A: the gradients of the magnetic energy.

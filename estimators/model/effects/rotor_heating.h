@@ -1,7 +1,7 @@
 #pragma once
 // Rotor heating: R_r follows the temperature of the cage, which nobody measures.
-//   R_r (1 + per_K rise) (1 + warmth)
-// rise: of the measured winding temperature, a proxy where both move together; warmth: one value a record,
+//   R_r (1 + per_K (T_stator - reference)) (1 + warmth)
+// T_stator: the measured winding temperature, a proxy where both move together; warmth: one value a record,
 // estimated from the record itself like its initial flux, where they do not.
 
 #include "estimators/model/base_machine.h"
@@ -12,7 +12,9 @@ namespace imrig::est {
 template <class T>
 class RotorHeating : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kShared[] = {{"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4}};
+  static constexpr EffectParameter kShared[] = {
+      {"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4},
+      {"reference_C", "C", Role::kConstant, 25.0, -100.0, 500.0, 1.0}};
   static constexpr EffectParameter kLocal[] = {{"warmth", "1", Role::kAmplitude, 0.0, -0.5, 1.0, 0.015}};
   static constexpr std::size_t kForm0[] = {0};
   static constexpr EffectForm kForms[] = {{"by winding temperature", kForm0, false, false},
@@ -20,7 +22,7 @@ class RotorHeating : public EffectLaw<T> {
   static constexpr EffectInfo kInfo = {
       "rotor_heating",
       "The rotor cage heats up: R_r changes with temperature, hence with time and load history",
-      "R_r = R_1 (1 + per_K (T_stator - T_mean)), or a value of its own for each record",
+      "R_r = R_1 (1 + per_K (T_stator - reference)), or a value of its own for each record",
       "IEC 60034-2-1 (temperature coefficient); Proca and Keyhani 2002 (13)",
       "the same points cold and hot, in random order",
       Needs::kAnything,
@@ -32,7 +34,8 @@ class RotorHeating : public EffectLaw<T> {
 
   void rotor_resistance(T& factor, const Instant& at) const {
     if (!active_) return;
-    factor = factor * ((1.0 + p_[0] * at.stator_rise_K) * (1.0 + q_[0]));
+    const T rise = at.stator_C == kUnknown_C ? T(0.0) : at.stator_C - p_[1];
+    factor = factor * ((1.0 + p_[0] * rise) * (1.0 + q_[0]));
   }
 
  private:

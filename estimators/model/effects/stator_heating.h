@@ -1,6 +1,6 @@
 #pragma once
 // Stator heating: R_s follows the winding's temperature, measured, or one value a record.
-//   R_s (1 + per_K rise) (1 + warmth)
+//   R_s (1 + per_K (T_stator - reference)) (1 + warmth)
 
 #include "estimators/model/base_machine.h"
 #include "estimators/model/effects/effect.h"
@@ -10,7 +10,9 @@ namespace imrig::est {
 template <class T>
 class StatorHeating : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kShared[] = {{"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4}};
+  static constexpr EffectParameter kShared[] = {
+      {"per_K", "1/K", Role::kAmplitude, 0.0, -0.02, 0.04, 2e-4},
+      {"reference_C", "C", Role::kConstant, 25.0, -100.0, 500.0, 1.0}};
   static constexpr EffectParameter kLocal[] = {{"warmth", "1", Role::kAmplitude, 0.0, -0.5, 1.0, 0.03}};
   static constexpr std::size_t kForm0[] = {0};
   static constexpr EffectForm kForms[] = {{"by winding temperature", kForm0, false, false},
@@ -18,7 +20,7 @@ class StatorHeating : public EffectLaw<T> {
   static constexpr EffectInfo kInfo = {
       "stator_heating",
       "The stator winding heats up: R_s changes with its temperature",
-      "R_s = R_s0 (1 + per_K (T_stator - T_mean)), or a value of its own for each record",
+      "R_s = R_s0 (1 + per_K (T_stator - reference)), or a value of its own for each record",
       "IEC 60034-1 (copper: 1/(235 + T))",
       "DC resistance at several winding temperatures",
       Needs::kAnything,
@@ -30,7 +32,8 @@ class StatorHeating : public EffectLaw<T> {
 
   void stator_resistance(T& factor, const Instant& at) const {
     if (!active_) return;
-    factor = factor * ((1.0 + p_[0] * at.stator_rise_K) * (1.0 + q_[0]));
+    const T rise = at.stator_C == kUnknown_C ? T(0.0) : at.stator_C - p_[1];
+    factor = factor * ((1.0 + p_[0] * rise) * (1.0 + q_[0]));
   }
 
  private:

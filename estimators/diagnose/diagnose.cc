@@ -1,0 +1,253 @@
+#include "estimators/diagnose/diagnose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "estimators/diagnose/missing/stability.h"
+#include "estimators/diagnose/missing/unexplained.h"
+#include "estimators/model/effects/registry.h"
+#include "rig/base/error.h"
+
+namespace imrig::est {
+
+namespace {
+
+constexpr double kNormal975 = 1.959963984540054;
+constexpr double kExplained = 0.85;  // share of the excess that an explanation must take away
+constexpr double kWide = 5.0;  // an effect of so many times what matters must show, or the data cannot tell
+constexpr std::size_t kMostAtOnce = 3;
+
+double family_wise(double z) {
+  return std::min(1.0, static_cast<double>(kEffects) * std::erfc(z / std::sqrt(2.0)));
+}
+
+double chi2_per_value(const Trial& trial) {
+  return trial.left_out_chi2 / static_cast<double>(trial.model.fit.values);
+}
+
+void add_estimate(const Trial& trial, CandidateResult& out) {
+  for (const std::size_t e : shared_entries(trial.candidate)) {
+    const EffectParameter& p = shared_parameter(e);
+    const double value = trial.model.at.shared[e], sigma = trial.model.fit.sigma(e);
+    out.estimate[p.name] = {value, value - kNormal975 * sigma, value + kNormal975 * sigma, p.unit, "refit"};
+  }
+}
+
+// Verdict on an effect that is not claimed, from its forecast.
+std::string quiet_verdict(const GlobalProblem& problem, const SearchStep& step, const Score& score,
+                          const Trial* trial) {
+  double size = 0.0, width = 0.0;
+  for (std::size_t k = 0; k < score.change.size(); ++k) {
+    const double matters = material_size(problem, step.base.model.at.shared, score.amplitudes[k]);
+    size = std::max(size, std::abs(score.change[k]) / matters);
+    width = std::max(width, kSure * score.sigma[k] / matters);
+  }
+  if (trial != nullptr && !trial->sound) return "cannot tell";
+  if (score.change.empty() && !form_of(score.candidate).local) return "cannot tell";
+  if (width > kWide) return "cannot tell";
+  if (trial != nullptr && trial->wald > kSure) return "negligible";
+  return size < 1.0 ? "absent" : "negligible";
+}
+
+const Trial* trial_of(const SearchStep& step, std::size_t effect) {
+  const auto found = std::find_if(step.trials.begin(), step.trials.end(),
+                                  [&](const Trial& t) { return t.candidate.effect == effect; });
+  return found == step.trials.end() ? nullptr : &*found;
+}
+
+// One row an effect: its best trial, or its best score where it was not worth one.
+void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagnosis& out) {
+  std::set<std::size_t> done;
+  const double before = judge(problem, step.base.model, problem.holdout()).nrmse();
+  const auto claimed = [&](const std::vector<std::size_t>& list, std::size_t effect) {
+    return std::any_of(list.begin(), list.end(),
+                       [&](std::size_t k) { return step.trials[k].candidate.effect == effect; });
+  };
+  const auto row = [&](const Score& score) {
+    const std::size_t effect = score.candidate.effect;
+    if (!done.insert(effect).second) return;
+    CandidateResult c;
+    c.effect = kEffectInfos[effect].name;
+    c.score = score.lambda;
+    c.holdout_nrmse_before = before;
+    const Trial* trial = trial_of(step, effect);
+    c.form = trial != nullptr ? form_of(trial->candidate).name : form_of(score.candidate).name;
+    if (trial != nullptr) {
+      c.p_value = family_wise(
+          form_of(trial->candidate).local ? std::max(0.0, surely_better(*trial, step.base)) : trial->wald);
+      c.holdout_nrmse_after = judge(problem, trial->model, problem.holdout()).nrmse();
+      add_estimate(*trial, c);
+    } else {
+      for (std::size_t k = 0; k < score.change.size(); ++k) {
+        const EffectParameter& p = shared_parameter(score.amplitudes[k]);
+        const double value = p.neutral + score.change[k];
+        c.estimate[p.name] = {value, value - kNormal975 * score.sigma[k], value + kNormal975 * score.sigma[k],
+                              p.unit, "forecast"};
+      }
+    }
+    const bool best =
+        !step.confusable.empty() && step.trials[step.confusable.front()].candidate.effect == effect;
+    c.verdict = best                               ? "missing"
+                : claimed(step.confusable, effect) ? "confusable"
+                                                   : quiet_verdict(problem, step, score, trial);
+    double d = 1e9;
+    for (std::size_t a = 0; a < step.ranking.scores.size(); ++a) {
+      if (!(step.ranking.scores[a].candidate == score.candidate)) continue;
+      for (std::size_t b = 0; b < step.ranking.scores.size(); ++b) {
+        if (step.ranking.scores[b].candidate.effect != effect &&
+            step.ranking.scores[b].lambda > 0.1 * score.lambda)
+          d = std::min(d, step.ranking.separation(a, b));
+      }
+    }
+    if (d < 1e9) c.distinguishability = d;
+    out.candidates.push_back(std::move(c));
+  };
+  // Claims first, in their order; then the rest by score.
+  for (const std::size_t k : step.claims) {
+    for (const Score& s : step.ranking.scores) {
+      if (s.candidate.effect == step.trials[k].candidate.effect) row(s);
+    }
+  }
+  for (const Score& s : step.ranking.scores) row(s);
+}
+
+bool few_could_be_seen(const Diagnosis& d) {
+  std::size_t blind = 0;
+  for (const CandidateResult& c : d.candidates) blind += c.verdict == "cannot tell" ? 1u : 0u;
+  return d.candidates.empty() || 2 * blind > d.candidates.size();
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string out;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    out += (k == 0 ? "" : k + 1 == names.size() ? " and " : ", ") + names[k];
+  return out;
+}
+
+void explain_claim(const SearchStep& step, Diagnosis& d) {
+  const Trial& best = step.trials[step.confusable.front()];
+  const EffectInfo& info = kEffectInfos[best.candidate.effect];
+  d.explanation.push_back(fmt::format("{}.", info.sentence));
+  std::string values;
+  for (const auto& [name, p] : d.candidates.front().estimate)
+    values += fmt::format("{}{} = {:.4g} {} (95 %: {:.4g} to {:.4g})", values.empty() ? "" : "; ", name,
+                          p.value, p.unit, p.ci95_low, p.ci95_high);
+  if (!values.empty()) d.explanation.push_back(fmt::format("{}: {}.", info.equation, values));
+  const double before = chi2_per_value(step.base), after = chi2_per_value(best);
+  d.explanation.push_back(fmt::format(
+      "Adding it takes the misfit on records left out from {:.3g} to {:.3g} times what noise leaves.", before,
+      after));
+  if (d.confusable.size() > 1) {
+    d.explanation.push_back(fmt::format("These data cannot tell {} apart. What separates them: {}.",
+                                        listed(d.confusable), info.experiment));
+  }
+}
+
+void suggest(const Diagnosis& d, std::optional<NextExperiment>& out) {
+  if (d.confusable.size() < 2 && d.verdict != "cannot_tell") return;
+  NextExperiment next;
+  std::string name = d.effect;
+  if (name.empty()) {
+    for (const CandidateResult& c : d.candidates) {
+      if (c.verdict == "cannot tell" && name.empty()) name = c.effect;
+    }
+  }
+  if (name.empty()) return;
+  const EffectInfo& info = kEffectInfos[*effect_number(name)];
+  next.kind = info.experiment;
+  next.why = d.confusable.size() > 1 ? fmt::format("separates {}", listed(d.confusable))
+                                     : fmt::format("shows {} where these data cannot", name);
+  for (const CandidateResult& c : d.candidates) {
+    if (c.effect == d.effect) next.distinguishability_before = c.distinguishability;
+  }
+  out = next;
+}
+
+void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
+  const SearchStep& first = d.search.steps.front();
+  const double before = chi2_per_value(first.base), after = chi2_per_value(d.search.final);
+  const bool inside = after < kBand && d.search.at_floor;
+  const double left = before > 1.0 ? std::max(0.0, after - 1.0) / (before - 1.0) : 0.0;
+  if (first.claims.empty()) {
+    d.verdict = before < kBand ? (few_could_be_seen(d) ? "cannot_tell" : "adequate") : "unknown";
+  } else {
+    for (const std::size_t k : first.confusable) d.confusable.push_back(name_of(first.trials[k].candidate));
+    d.effect = d.confusable.front();
+    d.verdict = d.confusable.size() > 1 ? "ambiguous" : "missing";
+    const bool moving = !inside && !unstable(problem, d.search.final).empty();
+    const bool too_many =
+        d.search.final.model.active.size() >= kMostAtOnce + first.base.model.active.size() && !inside;
+    if ((!inside && left > 1.0 - kExplained) || moving || too_many) d.verdict = "unknown";
+  }
+  if (d.verdict == "unknown") {
+    d.unexplained = describe_unexplained(problem, d.search.final);
+    d.effect.clear();
+  }
+}
+
+void explain(const GlobalProblem& problem, Diagnosis& d) {
+  const SearchStep& first = d.search.steps.front();
+  if (!problem.noise().declared)
+    d.explanation.push_back(
+        "No noise is declared: it was taken from the data, and figures relative to it are estimates.");
+  if (problem.noise().declared_factor > 1.25)
+    d.explanation.push_back(
+        fmt::format("The current's noise is {:.2g} times what was declared; the data are believed.",
+                    problem.noise().declared_factor));
+  if (!first.claims.empty()) explain_claim(first, d);
+  if (d.verdict == "adequate")
+    d.explanation.push_back(fmt::format(
+        "Nothing is missing that {} records could show: the misfit is {:.3g} times what noise leaves.",
+        problem.fitted().size(), chi2_per_value(first.base)));
+  if (d.verdict == "unknown")
+    d.explanation.push_back("No effect of the library explains the misfit: " + d.unexplained->description);
+  if (d.verdict == "cannot_tell")
+    d.explanation.push_back("The data excite the motor too little to show most effects.");
+  d.explanation.push_back(fmt::format("Ranked among {} effects.", d.ranked_among));
+}
+
+}  // namespace
+
+Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOptions& options) {
+  if (model.pole_pairs != data.pole_pairs) {
+    throw Error("diagnose",
+                fmt::format("the model \"{}\" has {} pole pairs, the data \"{}\" {}", model.name,
+                            model.pole_pairs, data.name, data.pole_pairs),
+                "they must be of one motor");
+  }
+  const GlobalProblem problem(data, model.machine(), options.threads);
+  if (problem.fitted().empty()) throw Error("diagnose", "finds hold-out records only", "some must be fitted");
+  Diagnosis out;
+  out.ranked_among = kEffects;
+  out.search = search(problem, working_model(problem, model), {options.most_effects, options.report});
+  add_candidates(problem, out.search.steps.front(), out);
+  judge_whole(problem, out);
+  explain(problem, out);
+  suggest(out, out.next_experiment);
+  return out;
+}
+
+Improvement improve(const Model& model, const DataSet& data, const DiagnoseOptions& options) {
+  DiagnoseOptions wide = options;
+  wide.most_effects = std::max<std::size_t>(options.most_effects, 6);
+  Improvement out;
+  out.diagnosis = diagnose(model, data, wide);
+  out.model = to_model(model, out.diagnosis.search.final.model);
+  for (const SearchChange& change : out.diagnosis.search.changes) {
+    Revision r;
+    r.number = out.model.history.empty() ? 1 : out.model.history.back().number + 1;
+    r.change = change.text;
+    r.data = data.name;
+    r.data_hash = data.hash;
+    r.fitted_nrmse = change.fitted.nrmse();
+    r.holdout_nrmse = change.holdout.nrmse();
+    r.floor_nrmse = change.fitted.floor();
+    out.model.history.push_back(r);
+  }
+  return out;
+}
+
+}  // namespace imrig::est

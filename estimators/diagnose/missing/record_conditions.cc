@@ -1,0 +1,23 @@
+#include "estimators/diagnose/missing/record_conditions.h"
+
+#include <cmath>
+
+#include "rig/data/conditions.h"
+
+namespace imrig::est {
+
+std::vector<NamedCondition> record_conditions(const GlobalProblem& problem, double R_s_ohm,
+                                              const std::vector<std::size_t>& which) {
+  std::vector<NamedCondition> out{{"f_Hz", {}},      {"psi_Wb", {}},   {"slip", {}}, {"i_A", {}},
+                                  {"torque_Nm", {}}, {"stator_C", {}}, {"order", {}}};
+  for (const std::size_t k : which) {
+    const auto& entry = problem.entries()[k];
+    const Conditions c = conditions_of(*entry.record, problem.data().pole_pairs, R_s_ohm);
+    const std::array<double, 7> values{
+        std::abs(c.f_Hz), c.psi_Wb, c.slip, c.i_A, c.torque_Nm, c.stator_C, static_cast<double>(entry.index)};
+    for (std::size_t m = 0; m < out.size(); ++m) out[m].values.push_back(values[m]);
+  }
+  return out;
+}
+
+}  // namespace imrig::est
