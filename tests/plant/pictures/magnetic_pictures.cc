@@ -32,10 +32,8 @@ Picture magnetizing() {
             "voltage, V peak",
             {{"linear", {}, {}, true}, {"saturated", {}, {}}}};
   const auto bent = std::make_shared<MagnetizingSaturation>(SaturationLaw{0.15, 0.52, 0.4});
-  for (double v = 20.0; v <= 240.0; v += 20.0) {
-    p.series[0].add(std::abs(at({}, 60.0, v, 0.0).i_s), v);
-    p.series[1].add(std::abs(at(bent, 60.0, v, 0.0).i_s), v);
-  }
+  for (const double v : {20.0, 240.0}) p.series[0].add(std::abs(at({}, 60.0, v, 0.0).i_s), v);
+  for (double v = 20.0; v <= 240.0; v += 20.0) p.series[1].add(std::abs(at(bent, 60.0, v, 0.0).i_s), v);
   return p;
 }
 
@@ -48,8 +46,12 @@ Picture leakage() {
   const auto bent =
       std::make_shared<LeakageSaturation>(SaturationLaw{0.5, 55.0, 0.4}, SaturationLaw{0.45, 50.0, 0.4});
   for (double v = 5.0; v <= 260.0; v += 15.0) {
-    const double i = std::abs(at({}, 60.0, v, 1.0).i_s), j = std::abs(at(bent, 60.0, v, 1.0).i_s);
-    p.series[0].add(i, v / i), p.series[1].add(j, v / j);
+    const double i = std::abs(at(bent, 60.0, v, 1.0).i_s);
+    p.series[1].add(i, v / i);
+  }
+  for (const double v : {5.0, 260.0}) {
+    const double i = std::abs(at({}, 60.0, v, 1.0).i_s);
+    p.series[0].add(i, v / i);
   }
   return p;
 }
@@ -62,7 +64,7 @@ Picture cross() {
             {{"main-flux curve alone", {}, {}, true}, {"teeth carry leakage flux too", {}, {}}}};
   const EffectPtr effects[] = {std::make_shared<CrossSaturation>(SaturationLaw{0.15, 0.52, 0.4}, 0.0),
                                std::make_shared<CrossSaturation>(SaturationLaw{0.15, 0.52, 0.4}, 0.8)};
-  for (double slip = 0.0; slip <= 0.0801; slip += 0.01) {
+  for (double slip = 0.0; slip <= 0.0801; slip += 0.02) {
     for (std::size_t k = 0; k < 2; ++k) {
       const OperatingPoint o = at(effects[k], 60.0, 180.0, slip);
       p.series[k].add(std::abs(o.psi_m), ((o.i_s + o.i_r) * std::conj(o.psi_m)).real() / std::abs(o.psi_m));
@@ -81,7 +83,7 @@ Picture iron() {
   both.hysteresis_W = 60.0, both.eddy_W = 45.0;
   IronLoss::Config one = both;
   one.eddy_W = 0.0;
-  for (double f = 10.0; f <= 100.0; f += 10.0) {
+  for (double f = 10.0; f <= 100.0; f += 15.0) {
     p.series[0].add(f, at(std::make_shared<IronLoss>(both), f, 2.85 * f, 0.0).losses.iron_W);
     p.series[1].add(f, at(std::make_shared<IronLoss>(one), f, 2.85 * f, 0.0).losses.iron_W);
   }
@@ -95,7 +97,7 @@ Picture rotor_answer(const char* name, const char* title, const EffectPtr& effec
             "share of its value at zero slip",
             {{"rotor resistance", {}, {}}, {"rotor leakage", {}, {}}}};
   const double leak_H = kL - kM;
-  for (double f = 2.0; f <= 200.0; f += f < 20.0 ? 3.0 : 12.0) {
+  for (double f = 2.0; f <= 200.0; f += f < 20.0 ? 6.0 : 18.0) {
     const OperatingPoint o = at(effect, f, 2.0 + 0.2 * f, 1.0);
     p.series[0].add(f, o.R_r_ohm / kRrT);
     p.series[1].add(f, (o.L_lr_H + o.L_x_H) / leak_H);
