@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kFewestPoints = 4;
 constexpr std::size_t kFewestForDrift = 8;
+constexpr double kLeastTime_s = 1.0;  // that a sweep must take for a drift
 constexpr double kSameFrequency = 0.01;
 
 // Solves one point; says why where it cannot.
@@ -68,19 +69,23 @@ struct Columns {
 // Columns: one intercept a sweep, then the drifts, k_6 last.
 Columns columns_of(const std::vector<LockedPoint>& points, std::size_t sweeps) {
   Columns c;
-  std::vector<double> t_mean(sweeps, 0.0);
+  constexpr double kEver = 1e300;
+  std::vector<double> t_mean(sweeps, 0.0), first(sweeps, kEver), last(sweeps, -kEver);
   std::vector<std::size_t> count(sweeps, 0);
   for (const auto& p : points) {
     if (!p.left_out.empty()) continue;
     c.rows.push_back(&p);
     t_mean[p.sweep] += p.time_s;
+    first[p.sweep] = std::min(first[p.sweep], p.time_s);
+    last[p.sweep] = std::max(last[p.sweep], p.time_s);
     ++count[p.sweep];
   }
   std::vector<Eigen::Index> drift(sweeps, -1);
   auto next = static_cast<Eigen::Index>(sweeps);
   for (std::size_t g = 0; g < sweeps; ++g) {
     if (count[g] > 0) t_mean[g] /= static_cast<double>(count[g]);
-    if (count[g] >= kFewestForDrift) drift[g] = next++;
+    const bool timed = last[g] - first[g] > kLeastTime_s;  // imported files have no common clock
+    if (count[g] >= kFewestForDrift && timed) drift[g] = next++;
   }
   const auto n = static_cast<Eigen::Index>(c.rows.size());
   c.A = Eigen::MatrixXd::Zero(n, next + 1);

@@ -175,10 +175,9 @@ std::optional<SteadyPhasor> running(const DataSet& data, std::size_t record, con
   const auto w = refined(s.v, in, 2.0 * kPi * rough.f_Hz, h);
   if (!w) return std::nullopt;
   const auto parts = halves(in);
-  const auto admittance = [&](const Window& at) {
-    return demodulated(s.i, at, *w, h) / demodulated(s.v, at, *w, h);
-  };
-  const Complex early = admittance(parts[0]), late = admittance(parts[1]);
+  const Complex v_early = demodulated(s.v, parts[0], *w, h), v_late = demodulated(s.v, parts[1], *w, h);
+  const Complex early = demodulated(s.i, parts[0], *w, h) / v_early, late = demodulated(s.i, parts[1], *w, h) / v_late;
+  if (std::abs(v_late - v_early) > kSteadyAdmittance * std::abs(v_late)) return std::nullopt;
   const double moved = data.pole_pairs * (mean(s.speed_rad_s, parts[1]) - mean(s.speed_rad_s, parts[0]));
   if (std::abs(late - early) > kSteadyAdmittance * std::abs(late) || std::abs(moved) > kSteadySpeed * std::abs(*w))
     return std::nullopt;

@@ -51,7 +51,7 @@ CircuitState circuit_state(const SteadyPhasor& phasor, double R_s, double L_l,
                            double R_c = std::numeric_limits<double>::infinity());
 
 // The steady windows of a running record: before a voltage step (where the record names its segments) and the
-// last part. A window whose halves differ by more than 0.5 % in admittance or 0.2 % in speed is left out.
+// last part. A window whose halves differ by more than 0.5 % in voltage or admittance or by 0.2 % in speed is left out.
 // Empty when nothing is steady, the series cannot be used, or the shaft stands still.
 std::vector<SteadyPhasor> running_phasors(const DataSet& data, std::size_t record);
 
