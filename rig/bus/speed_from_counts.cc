@@ -14,49 +14,72 @@ double rad_s_per_count(double sample_time_s, int counts_per_rev) {
   return 2.0 * kPi / counts_per_rev / sample_time_s;
 }
 
-// Least-squares parabola through a window; x counts samples from the window's middle.
-struct Parabola {
-  double slope = 0.0;      // counts per sample, in the middle
-  double curvature = 0.0;  // counts per sample^2: the slope at x is slope + curvature x
+// Least-squares cubic through a window; x counts samples from the window's middle.
+struct Cubic {
+  double slope = 0.0;      // counts per sample: of the part that is odd and linear
+  double curvature = 0.0;  // the slope at x is slope + curvature x + third (3 x^2 - q)
+  double third = 0.0;
+  double q = 0.0;
+  double slope_at(double x) const { return slope + curvature * x + third * (3.0 * x * x - q); }
 };
 
-// By the orthogonal polynomials of n points, x and x^2 - (n^2 - 1)/12.
-Parabola fit_parabola(std::span<const std::int64_t> counts) {
+// By the orthogonal polynomials of n points: x, x^2 - (n^2 - 1)/12, x^3 - q x with q = (3 n^2 - 7)/20.
+Cubic fit_cubic(std::span<const std::int64_t> counts) {
   const auto n = static_cast<double>(counts.size());
   const double mean_x2 = (n * n - 1.0) / 12.0;
-  double slope_sum = 0.0;
-  double curvature_sum = 0.0;
+  Cubic fit;
+  fit.q = (3.0 * n * n - 7.0) / 20.0;
+  double slope_sum = 0.0, curvature_sum = 0.0, third_sum = 0.0;
   for (std::size_t k = 0; k < counts.size(); ++k) {
     const double x = static_cast<double>(k) - 0.5 * (n - 1.0);
     const auto c = static_cast<double>(counts[k] - counts[0]);
     slope_sum += x * c;
     curvature_sum += (x * x - mean_x2) * c;
+    third_sum += x * (x * x - fit.q) * c;
   }
-  Parabola fit;
-  fit.slope = slope_sum / (n * mean_x2);
-  if (counts.size() > 2) fit.curvature = 2.0 * curvature_sum / (n * mean_x2 * (n * n - 4.0) / 15.0);
+  const double norm_1 = n * mean_x2;
+  const double norm_2 = norm_1 * (n * n - 4.0) / 15.0;
+  fit.slope = slope_sum / norm_1;
+  if (counts.size() > 2) fit.curvature = 2.0 * curvature_sum / norm_2;
+  if (counts.size() > 3) fit.third = third_sum / (norm_2 * 9.0 * (n * n - 9.0) / 140.0);
   return fit;
 }
 
-// sum_{j=-h}^{h} j c_{k+j} while the window slides, exact. Modulo 2^64: no real shaft comes near, and absurd
+// The centred cubic's slope while its window slides, from the moments m_p = sum_{j=-h}^{h} j^p c_{k+j},
+// exact:
+//   slope = (S6 m1 - S4 m3) / (S2 S6 - S4^2),   S_p = sum j^p
+// Modulo 2^64: m1 and m3 do not depend on where counting began, no real shaft makes them large, and absurd
 // counts do no harm.
 class SlidingSlope {
  public:
   SlidingSlope(std::span<const std::int64_t> counts, std::size_t centre, std::size_t half)
       : counts_(counts), centre_(centre), half_(half) {
-    for (std::size_t j = centre - half; j <= centre + half; ++j) {
-      sum_ += count(j);
-      moment_ += (j - centre) * count(j);
+    for (std::size_t k = centre - half; k <= centre + half; ++k) {
+      const std::uint64_t j = k - centre;
+      m0_ += count(k);
+      m1_ += j * count(k);
+      m2_ += j * j * count(k);
+      m3_ += j * j * j * count(k);
+      const double x = static_cast<double>(static_cast<std::int64_t>(j));
+      S2_ += x * x;
+      S4_ += x * x * x * x;
+      S6_ += x * x * x * x * x * x;
     }
-    const auto n = static_cast<double>(2 * half + 1);
-    sum_x2_ = n * (n * n - 1.0) / 12.0;
   }
-  double slope() const { return static_cast<double>(static_cast<std::int64_t>(moment_)) / sum_x2_; }
+  double slope() const {
+    const auto m1 = static_cast<double>(static_cast<std::int64_t>(m1_));
+    const auto m3 = static_cast<double>(static_cast<std::int64_t>(m3_));
+    if (half_ == 1) return m1 / S2_;  // three points know no cubic
+    return (S6_ * m1 - S4_ * m3) / (S2_ * S6_ - S4_ * S4_);
+  }
   void advance() {
-    const std::uint64_t out = count(centre_ - half_);
-    const std::uint64_t in = count(centre_ + half_ + 1);
-    moment_ += (half_ + 1) * out + half_ * in - sum_;
-    sum_ += in - out;
+    const std::uint64_t out = count(centre_ - half_), in = count(centre_ + half_ + 1), h = half_;
+    // Each j becomes j - 1; the leaving sample sat at -h, the new one comes in at h.
+    const std::uint64_t lost = h + 1;  // where the leaving sample would be: -(h + 1)
+    m3_ += -(3 * m2_) + 3 * m1_ - m0_ + lost * lost * lost * out + h * h * h * in;
+    m2_ += -(2 * m1_) + m0_ - lost * lost * out + h * h * in;
+    m1_ += -m0_ + lost * out + h * in;
+    m0_ += in - out;
     ++centre_;
   }
 
@@ -64,11 +87,9 @@ class SlidingSlope {
   std::uint64_t count(std::size_t k) const { return static_cast<std::uint64_t>(counts_[k]); }
 
   std::span<const std::int64_t> counts_;
-  std::size_t centre_;
-  std::size_t half_;
-  std::uint64_t sum_ = 0;
-  std::uint64_t moment_ = 0;
-  double sum_x2_ = 0.0;
+  std::size_t centre_, half_;
+  std::uint64_t m0_ = 0, m1_ = 0, m2_ = 0, m3_ = 0;
+  double S2_ = 0.0, S4_ = 0.0, S6_ = 0.0;
 };
 
 }  // namespace
@@ -79,7 +100,11 @@ std::size_t speed_half_window(double sample_time_s, double window_s) {
 
 double speed_noise_rad_s(double sample_time_s, int counts_per_rev, double window_s) {
   const auto n = static_cast<double>(2 * speed_half_window(sample_time_s, window_s) + 1);
-  return rad_s_per_count(sample_time_s, counts_per_rev) / std::sqrt(n * n * n);
+  // 75 (n^4 - ...)/(12 n^3 ...) of the centred slope; its exact form for n points.
+  const double square = n < 5.0 ? 1.0 / (n * n * n)
+                                : 75.0 * (3.0 * std::pow(n, 4) - 18.0 * n * n + 31.0) /
+                                      (36.0 * n * (n * n - 1.0) * (n * n - 4.0) * (n * n - 9.0));
+  return rad_s_per_count(sample_time_s, counts_per_rev) * std::sqrt(square);
 }
 
 std::vector<std::int64_t> unwrap_counts(std::span<const std::int32_t> counts) {
@@ -102,10 +127,10 @@ std::vector<double> speed_from_counts(std::span<const std::int64_t> counts, std:
   const std::size_t all = counts.size();
   std::vector<double> speed(n, std::numeric_limits<double>::quiet_NaN());
   if (all < 2) return speed;
-  // Ends: the outermost full window's parabola, read off its middle.
+  // Ends: the outermost full window's cubic, read off its middle.
   const std::size_t width = std::min(all, 2 * half + 1);
-  const Parabola head = fit_parabola(counts.first(width));
-  const Parabola tail = fit_parabola(counts.last(width));
+  const Cubic head = fit_cubic(counts.first(width));
+  const Cubic tail = fit_cubic(counts.last(width));
   const double middle = 0.5 * static_cast<double>(width - 1);
   const std::size_t centred_begin = half;                       // first sample with a centred window
   const std::size_t centred_end = all > half ? all - half : 0;  // behind the last one
@@ -113,10 +138,10 @@ std::vector<double> speed_from_counts(std::span<const std::int64_t> counts, std:
   const std::size_t end = std::min(first + n, centred_end);
   for (std::size_t k = first; k < first + n; ++k) {
     if (k < centred_begin && (k < centred_end || 2 * k < all)) {
-      speed[k - first] = unit * (head.slope + head.curvature * (static_cast<double>(k) - middle));
+      speed[k - first] = unit * head.slope_at(static_cast<double>(k) - middle);
     } else if (k >= centred_end) {
-      speed[k - first] = unit * (tail.slope + tail.curvature * (static_cast<double>(k) -
-                                                                (static_cast<double>(all - width) + middle)));
+      speed[k - first] =
+          unit * tail.slope_at(static_cast<double>(k) - (static_cast<double>(all - width) + middle));
     }
   }
   if (begin < end) {

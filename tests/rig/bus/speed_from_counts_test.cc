@@ -37,6 +37,26 @@ TEST(SpeedFromCounts, ConstantAccelerationMakesNoErrorNotEvenAtTheEnds) {
     EXPECT_NEAR(speed[k], (6.0 * static_cast<double>(k) - 200.0) * kUnit, 1e-7 * kUnit) << k;
 }
 
+TEST(SpeedFromCounts, ACubicAngleMakesNoErrorNotEvenAtTheEnds) {
+  const auto counts = counts_of(1000, [](double k) { return k * k * k - 40.0 * k * k; });
+  const auto speed = speed_from_counts(counts, 0, 1000, kT, kPerRev);
+  for (std::size_t n = 0; n < 1000; ++n) {
+    const auto k = static_cast<double>(n);
+    EXPECT_NEAR(speed[n], (3.0 * k * k - 80.0 * k) * kUnit, 1e-6 * kUnit) << k;
+  }
+}
+
+TEST(SpeedFromCounts, AShaftSwingOf20HzKeepsItsAmplitude) {
+  const double w = 2.0 * std::numbers::pi * 20.0 * kT;  // rad a sample
+  const auto counts = counts_of(20000, [&](double k) { return 30.0 * k + 4000.0 * std::sin(w * k); });
+  const auto speed = speed_from_counts(counts, 0, 20000, kT, kPerRev);
+  double in_phase = 0.0;
+  for (std::size_t k = 1000; k < 18500; ++k) {  // 21 whole turns
+    in_phase += speed[k] / kUnit * std::cos(w * static_cast<double>(k));
+  }
+  EXPECT_NEAR(in_phase / 8750.0 / (4000.0 * w), 1.0, 0.003);
+}
+
 TEST(SpeedFromCounts, RoundingNoiseIsThatOfTheFormula) {
   // Irrational counts per sample spread the rounding evenly.
   const double rate = 7.0 + std::numbers::inv_pi;
