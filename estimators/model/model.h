@@ -69,6 +69,7 @@ struct Model {
   Parameter R_s, R_r, L_l, L_m;
   double R_s_stator_C = kMissing;  // winding temperature that R_s belongs to
   std::vector<ActiveEffect> effects;
+  std::vector<ActiveEffect> corrections;  // of the sensors, inside their declared accuracy: no physics
   std::vector<ParameterMap> maps;  // beside the base parameters, not instead of them
   std::vector<Revision> history;
 

@@ -105,6 +105,15 @@ Revision read_revision(const ConfigReader& table) {
   return r;
 }
 
+void read_effects(const ConfigReader& root, const char* key, std::vector<ActiveEffect>& list) {
+  for (const auto& table : root.tables(key)) {
+    ActiveEffect effect = read_effect(table, read_parameter);
+    const bool twice = std::any_of(list.begin(), list.end(), [&](const ActiveEffect& e) { return e.name == effect.name; });
+    if (twice) table.fail("name", "is \"" + effect.name + "\" a second time", "an effect is in a model once");
+    list.push_back(std::move(effect));
+  }
+}
+
 // ---- writing
 
 // Shortest text that reads back to the same bits, and that TOML takes for a real number.
@@ -162,11 +171,11 @@ void write_ratings(std::string& out, const Ratings& r) {
   write_number(out, "power_W", r.power_W);
 }
 
-void write_effect(std::string& out, const ActiveEffect& effect) {
-  out += fmt::format("\n[[effect]]\nname = {}\n", quoted(effect.name));
+void write_effect(std::string& out, const char* key, const ActiveEffect& effect) {
+  out += fmt::format("\n[[{}]]\nname = {}\n", key, quoted(effect.name));
   if (!effect.form.empty()) out += fmt::format("form = {}\n", quoted(effect.form));
   for (const auto& [name, parameter] : effect.parameters) {
-    out += fmt::format("[effect.parameters.{}]\n", name);
+    out += fmt::format("[{}.parameters.{}]\n", key, name);
     write_parameter(out, parameter);
   }
 }
@@ -201,11 +210,8 @@ Model parse_model(const std::string& text, const std::string& name) {
   model.circuit = root.choice("circuit", {kInverseGamma});
   model.ratings = read_ratings(root);
   read_base(root, model);
-  for (const auto& effect : root.tables("effect")) {
-    model.effects.push_back(read_effect(effect, read_parameter));
-    const auto same = std::count_if(model.effects.begin(), model.effects.end(), [&](const ActiveEffect& e) { return e.name == model.effects.back().name; });
-    if (same > 1) effect.fail("name", "is \"" + model.effects.back().name + "\" a second time", "an effect is in a model once");
-  }
+  read_effects(root, "effect", model.effects);
+  read_effects(root, "correction", model.corrections);
   model.maps = read_maps(root);
   for (const auto& revision : root.tables("history")) model.history.push_back(read_revision(revision));
   root.finish();
@@ -222,7 +228,8 @@ std::string to_toml(const Model& model) {
                      quoted(model.circuit));
   write_ratings(out, model.ratings);
   write_base(out, model);
-  for (const auto& effect : model.effects) write_effect(out, effect);
+  for (const auto& effect : model.effects) write_effect(out, "effect", effect);
+  for (const auto& effect : model.corrections) write_effect(out, "correction", effect);
   for (const auto& map : model.maps) write_map(out, map);
   for (const auto& revision : model.history) write_revision(out, revision);
   return out;

@@ -171,6 +171,15 @@ Model to_model(const Model& before, const WorkingModel& working) {
       (model.*base.place).found = found;
   }
   model.effects.clear();
+  model.corrections.clear();
+  for (const std::size_t e : working.nuisances) {
+    const std::size_t number = effect_of_shared(e);
+    if (working.has(number)) continue;
+    if (model.corrections.empty() || model.corrections.back().name != kEffectInfos[number].name)
+      model.corrections.push_back({kEffectInfos[number].name, "", {}});
+    const EffectParameter& p = shared_parameter(e);
+    model.corrections.back().parameters[p.name] = parameter_of(working, e, p.unit);
+  }
   for (const Candidate& c : working.active) {
     ActiveEffect effect;
     effect.name = name_of(c);
