@@ -1,0 +1,121 @@
+#include "bench/hidden/score.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+
+#include "estimators/diagnose/diagnose.h"
+#include "estimators/fit/identify.h"
+#include "estimators/model/effects/registry.h"
+
+namespace imrig::bench {
+namespace {
+
+// What somebody knows who has the name plate alone.
+est::Model rough(const Machine& m) {
+  est::Model model;
+  model.pole_pairs = m.pole_pairs;
+  const double Z = m.v_V / m.i_A, w = 2.0 * kPi * m.f_Hz;
+  model.R_s = {0.03 * Z, kMissing, kMissing, "ohm", "nominal"};
+  model.R_r = {0.03 * Z, kMissing, kMissing, "ohm", "nominal"};
+  model.L_l = {0.18 * Z / w, kMissing, kMissing, "H", "nominal"};
+  model.L_m = {2.2 * Z / w, kMissing, kMissing, "H", "nominal"};
+  return model;
+}
+
+est::Model base_model(const Sealed& sealed, int threads, std::string& from) {
+  try {
+    est::IdentifyOptions options;
+    options.threads = threads;
+    est::Model model = est::identify(sealed.data, options).model;
+    (void)model.machine();
+    from = "identified";
+    return model;
+  } catch (const std::exception&) {
+    from = "rough";
+    return rough(sealed.seal.machine);
+  }
+}
+
+double over_floor(const est::Judgement& j) {
+  const double floor = j.floor();
+  return floor > 0.0 ? j.nrmse() / floor : 0.0;
+}
+
+std::string told(const est::CandidateResult& c) {
+  std::string text = c.form;
+  for (const auto& [name, p] : c.estimate)
+    text += fmt::format(", {} {:.3g} ({:.3g} to {:.3g})", name, p.value, p.ci95_low, p.ci95_high);
+  return text;
+}
+
+void read(const est::Diagnosis& d, Outcome& out) {
+  out.verdict = d.verdict, out.named = d.effect, out.confusable = d.confusable;
+  for (const est::Candidate& c : d.search.final.model.active) out.accepted.push_back(est::name_of(c));
+  for (const est::CandidateResult& c : d.candidates) {
+    if (c.effect == d.effect) out.estimate = told(c);
+    if (!out.holds(c.effect) || std::sqrt(c.score) < out.sqrt_lambda) continue;
+    out.sqrt_lambda = std::sqrt(std::max(c.score, 0.0));
+    out.d = c.distinguishability;
+  }
+  const auto& changes = d.search.changes;
+  if (changes.empty()) return;
+  out.chi2_before = changes.front().fitted.chi2_per_value(),
+  out.chi2_after = changes.back().fitted.chi2_per_value();
+  out.base_holdout_over_floor = over_floor(changes.front().holdout);
+  out.holdout_over_floor = over_floor(changes.back().holdout);
+}
+
+double wilson(const Share& s, double side) {
+  if (s.of == 0) return side > 0.0 ? 1.0 : 0.0;
+  constexpr double z = 1.959964;
+  const double n = s.of, p = s.value();
+  const double middle = p + z * z / (2.0 * n),
+               half = z * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
+  return std::clamp((middle + side * half) / (1.0 + z * z / n), 0.0, 1.0);
+}
+
+}  // namespace
+
+bool Outcome::holds(const std::string& effect) const {
+  return std::find(seal.truth.begin(), seal.truth.end(), effect) != seal.truth.end();
+}
+
+bool Outcome::set_holds_truth() const {
+  return std::any_of(confusable.begin(), confusable.end(),
+                     [&](const std::string& name) { return holds(name); });
+}
+
+bool Outcome::exact() const {
+  return accepted.size() == seal.truth.size() &&
+         std::all_of(accepted.begin(), accepted.end(), [&](const std::string& name) { return holds(name); });
+}
+
+double Outcome::excess_removed() const {
+  if (chi2_before <= 1.0) return 1.0;
+  return 1.0 - std::max(0.0, chi2_after - 1.0) / (chi2_before - 1.0);
+}
+
+double Share::low() const { return wilson(*this, -1.0); }
+double Share::high() const { return wilson(*this, 1.0); }
+
+Outcome score(const Sealed& sealed, int threads) {
+  Outcome out;
+  out.seal = sealed.seal;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    const est::Model model = base_model(sealed, threads, out.base_from);
+    est::DiagnoseOptions options;
+    options.threads = threads;
+    read(est::diagnose(model, sealed.data, options), out);
+  } catch (const std::exception& error) {
+    out.failed = error.what();
+  }
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return out;
+}
+
+}  // namespace imrig::bench
