@@ -52,7 +52,11 @@ std::string quiet_verdict(const GlobalProblem& problem, const SearchStep& step, 
   return size < 1.0 ? "absent" : "negligible";
 }
 
+// The effect's claim, else its best trial; null where it was not worth one.
 const Trial* trial_of(const SearchStep& step, std::size_t effect) {
+  for (const std::size_t k : step.claims) {
+    if (step.trials[k].candidate.effect == effect) return &step.trials[k];
+  }
   const auto found = std::find_if(step.trials.begin(), step.trials.end(),
                                   [&](const Trial& t) { return t.candidate.effect == effect; });
   return found == step.trials.end() ? nullptr : &*found;

@@ -11,7 +11,9 @@
 namespace imrig::est {
 
 ModelPrediction::ModelPrediction(const Model& model)
-    : pole_pairs_(model.pole_pairs), machine_(model.machine()), linear_(model.effects.empty() && model.corrections.empty()) {
+    : pole_pairs_(model.pole_pairs),
+      machine_(model.machine()),
+      linear_(model.effects.empty() && model.corrections.empty()) {
   if (linear_) return;
   shared_ = shared_vector(model);
   WorkingModel working;

@@ -35,7 +35,7 @@ Model refit_model(const Model& model, const DataSet& data, const std::string& ch
   WorkingModel working = working_model(problem, model);
   wake(problem, working);
   problem.settle(working.at, working.freedom().local, problem.all());
-  const Trial trial = refit(problem, working, problem.fitted());
+  const Trial trial = finished(problem, working, problem.fitted());
   if (!trial.sound)
     throw Error("refit", trial.unsound, "start from a model that is closer, or with fewer effects");
   Model out = to_model(model, trial.model);

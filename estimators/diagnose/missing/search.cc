@@ -60,6 +60,8 @@ Search search(const GlobalProblem& problem, const WorkingModel& start, const Sea
     out.final = best;
     prune(problem, out);
   }
+  Trial last_fit = finished(problem, out.final.model, problem.fitted());
+  if (last_fit.sound) out.final = std::move(last_fit);
   const SearchChange& last = out.changes.back();
   const bool held = problem.holdout().empty() || last.holdout.chi2_per_value() < kBand;
   out.at_floor = last.fitted.chi2_per_value() < kBand && held;

@@ -91,13 +91,16 @@ void add_local_strength(const GlobalProblem& problem, const std::vector<std::siz
 }
 
 Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& candidate,
-          const std::vector<std::size_t>& which) {
+          const std::vector<std::size_t>& which, bool last = false) {
   Trial trial;
   trial.candidate = candidate;
   GlobalFitOptions options;
   options.priors = model.priors;
-  options.tolerance = kTrialTolerance;
-  options.enough = kTrialEnough;
+  if (!last) {
+    options.tolerance = kTrialTolerance;
+    options.enough = kTrialEnough;
+  }
+  options.unbiased = last;
   const Freedom free = model.freedom();
   model.fit = fit_global(problem, model.at, free, which, options);
   model.at = model.fit.at;
@@ -119,6 +122,11 @@ double Judgement::floor() const {
   return signal2 > 0.0 && noise2 > 0.0 ? std::sqrt(noise2 / signal2) : kMissing;
 }
 double Judgement::chi2_per_value() const { return values > 0.0 ? chi2 / values : kMissing; }
+
+Trial finished(const GlobalProblem& problem, const WorkingModel& model,
+               const std::vector<std::size_t>& which) {
+  return run(problem, model, model.active.empty() ? Candidate{} : model.active.back(), which, true);
+}
 
 Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::vector<std::size_t>& which) {
   return run(problem, model, model.active.empty() ? Candidate{} : model.active.back(), which);

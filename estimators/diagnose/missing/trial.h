@@ -31,6 +31,10 @@ struct Judgement {
   double chi2_per_value() const;
 };
 
+// The last fit of a model that is kept: to the end, and freed from what noise of the voltage does to it.
+Trial finished(const GlobalProblem& problem, const WorkingModel& model,
+               const std::vector<std::size_t>& which);
+
 // The current model refitted by itself.
 Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::vector<std::size_t>& which);
 

@@ -13,6 +13,7 @@ namespace imrig::est {
 namespace {
 
 constexpr double kOffsetShare = 5e-4;  // of the largest current: no channel is better than that
+constexpr double kLagShare = 0.05;     // of a sample: nobody knows what the voltage does between samples
 constexpr double kNormal975 = 1.959963984540054;
 
 std::size_t entry_named(const char* effect, const char* parameter) {
@@ -156,6 +157,7 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   }
   const Accuracy& accuracy = problem.data().accuracy;
   admit("supply_unbalance", accuracy.voltage_gain / std::sqrt(6.0), out);
+  admit("voltage_lag", kLagShare * problem.sample_time_s(), out);
   admit("current_offset", kOffsetShare * problem.largest_current_A(), out);
   admit("current_gain", accuracy.current_gain * std::sqrt(2.0 / 3.0), out);
   return out;

@@ -207,6 +207,12 @@ GlobalFit fit_global(const GlobalProblem& problem, const GlobalPoint& start, con
   fit.dof = static_cast<double>(terms.values) - static_cast<double>(free.shared.size());
   for (const std::size_t k : which) fit.dof -= static_cast<double>(problem.locals_of(k, free.local).size());
   if (options.intervals && std::isfinite(terms.chi2)) add_intervals(terms, fit);
+  if (options.unbiased && fit.converged && fit.noise_covariance.size() > 0) {
+    const Eigen::VectorXd shift = fit.noise_covariance * problem.noise_gradient(fit.at, free.shared, which);
+    const GlobalPoint from = fit.at;
+    fit.at = moved(from, free, shift);
+    follow(problem, terms, free, which, from, fit.at);
+  }
   fit.terms = std::move(terms);
   return fit;
 }

@@ -36,6 +36,7 @@ struct GlobalFitOptions {
   double tolerance = 1e-7;  // of chi2, and
   double enough = 1e-3;     // of chi2 in absolute terms: a step that wins less is the last
   bool intervals = true;
+  bool unbiased = false;  // move by what noise of the voltage does to the estimate; asks for intervals
 };
 
 // which: the entries that are fitted.

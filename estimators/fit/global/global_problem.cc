@@ -7,6 +7,7 @@
 #include <limits>
 #include <thread>
 
+#include "estimators/fit/global/noise_bias.h"
 #include "estimators/fit/global/settle.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
@@ -71,6 +72,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
       if (record.kind != RecordKind::kPoints) {
         entry.series = std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs));
         const FrameRecord& frame = entry.series->frame;
+        sample_time_ = std::max(sample_time_, record.series.sample_time_s);
         for (std::size_t n = frame.judged_from; n < frame.size(); ++n) {
           largest_current_ = std::max(largest_current_, std::abs(frame.i[n]));
           if (std::abs(frame.w_k) > 30.0)
@@ -205,8 +207,24 @@ void GlobalProblem::settle(GlobalPoint& at, const std::vector<std::size_t>& loca
                            const std::vector<std::size_t>& which) const {
   each(which, [&](std::size_t w) {
     const Entry& entry = entries_[which[w]];
-    if (entry.series) settle_record(*entry.series, *entry.whitener, entry.steps, at.shared, local, at.local[which[w]]);
+    if (entry.series)
+      settle_record(*entry.series, *entry.whitener, entry.steps, at.shared, local, at.local[which[w]]);
   });
+}
+
+Eigen::VectorXd GlobalProblem::noise_gradient(const GlobalPoint& at, const std::vector<std::size_t>& entries,
+                                              const std::vector<std::size_t>& which) const {
+  std::vector<Eigen::VectorXd> parts(which.size());
+  each(which, [&](std::size_t k) {
+    const Entry& entry = entries_[which[k]];
+    parts[k].setZero(static_cast<Eigen::Index>(entries.size()));
+    if (entry.series)
+      parts[k] =
+          est::noise_gradient(*entry.series, *entry.whitener, entry.steps, at.shared, entries, noise_.levels);
+  });
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(entries.size()));
+  for (const Eigen::VectorXd& part : parts) sum += part;
+  return sum;
 }
 
 std::vector<std::size_t> GlobalProblem::fitted() const {

@@ -69,6 +69,7 @@ class GlobalProblem {
   const std::vector<Entry>& entries() const { return entries_; }
   const std::vector<LeftOut>& left_out() const { return left_out_; }
   const NoiseEstimate& noise() const { return noise_; }
+  double sample_time_s() const { return sample_time_; }  // longest of the series; 0: tables only
   double mean_stator_C() const { return mean_stator_C_; }
   bool has_stator_C() const { return spread_stator_C_ > 1.0; }  // a winding temperature that moves, K
   bool has_torque() const { return torque_; }
@@ -85,6 +86,10 @@ class GlobalProblem {
   RecordTerms evaluate_one(std::size_t entry, const SharedVector<double>& shared,
                            const LocalVector<double>& local, const Lanes& lanes,
                            RecordTrace* trace = nullptr) const;
+
+  // Expected gradient of chi2/2 at the true parameters (noise_bias.h).
+  Eigen::VectorXd noise_gradient(const GlobalPoint& at, const std::vector<std::size_t>& entries,
+                                 const std::vector<std::size_t>& which) const;
 
   // Brings each record's own unknowns to their best for the given shared vector.
   void settle(GlobalPoint& at, const std::vector<std::size_t>& local,
@@ -108,6 +113,7 @@ class GlobalProblem {
   std::vector<LeftOut> left_out_;
   double mean_stator_C_ = kMissing, spread_stator_C_ = 0.0;
   double largest_flux_ = 0.1, largest_current_ = 1.0;
+  double sample_time_ = 0.0;
   bool torque_ = false;
 };
 

@@ -145,7 +145,7 @@ RecordTerms record_terms_n(const DrivenRecord& record, const Whitener& whitener,
     out.stretch_gradient.col(static_cast<Eigen::Index>(stretch)) = sum.col(N).head(used);
     out.stretch_chi2[stretch] = sum(N, N);
   };
-  Vector stator = Vector::Zero(), rotor = Vector::Zero();
+  Vector stator = Vector::Zero(), rotor = Vector::Zero(), noise = Vector::Zero();
   drive(machine, record, steps, [&](std::size_t k, const auto& x, const Instant& at) {
     if (k < from) return;
     const std::size_t in = (k - from) * kStretches / judged;
@@ -163,8 +163,10 @@ RecordTerms record_terms_n(const DrivenRecord& record, const Whitener& whitener,
     const auto& filter = whitener.step(k);
     const std::complex<double> c = whitener.output(1.0, 0.0);
     row -= c * (stator - rotor);
-    const Vector next = filter.F(0, 0) * stator + filter.F(0, 1) * rotor + filter.K(0) * row;
-    rotor = filter.F(1, 0) * stator + filter.F(1, 1) * rotor + filter.K(1) * row;
+    const Vector next =
+        filter.F(0, 0) * stator + filter.F(0, 1) * rotor + filter.input(0) * noise + filter.K(0) * row;
+    rotor = filter.F(1, 0) * stator + filter.F(1, 1) * rotor + filter.input(1) * noise + filter.K(1) * row;
+    noise = filter.K(2) * row;
     stator = next;
     row *= filter.weight;
     sums.add(row.real());

@@ -25,8 +25,8 @@ void add_priors(const std::vector<std::size_t>& free, const LocalVector<double>&
   }
 }
 
-LocalVector<double> moved(const LocalVector<double>& from, const std::vector<std::size_t>& free, const RecordTerms& terms,
-                          double damping) {
+LocalVector<double> moved(const LocalVector<double>& from, const std::vector<std::size_t>& free,
+                          const RecordTerms& terms, double damping) {
   Eigen::MatrixXd D = terms.normal;
   D.diagonal() *= 1.0 + damping + 1e-12;
   D.diagonal().array() += 1e-12;
@@ -47,8 +47,9 @@ double local_prior_sigma(std::size_t entry) {
   return entry < kStates ? std::numeric_limits<double>::infinity() : 0.2;
 }
 
-void settle_record(const DrivenRecord& record, const Whitener& whitener, int steps, const SharedVector<double>& shared,
-                   const std::vector<std::size_t>& free, LocalVector<double>& local) {
+void settle_record(const DrivenRecord& record, const Whitener& whitener, int steps,
+                   const SharedVector<double>& shared, const std::vector<std::size_t>& free,
+                   LocalVector<double>& local) {
   LocalVector<double> x = local;
   RecordTerms best;
   best.chi2 = std::numeric_limits<double>::infinity();

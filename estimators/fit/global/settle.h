@@ -10,7 +10,8 @@ namespace imrig::est {
 double local_prior_sigma(std::size_t entry);
 
 // free: entries of `local` that move; local: start, and result.
-void settle_record(const DrivenRecord& record, const Whitener& whitener, int steps, const SharedVector<double>& shared,
-                   const std::vector<std::size_t>& free, LocalVector<double>& local);
+void settle_record(const DrivenRecord& record, const Whitener& whitener, int steps,
+                   const SharedVector<double>& shared, const std::vector<std::size_t>& free,
+                   LocalVector<double>& local);
 
 }  // namespace imrig::est

@@ -3,8 +3,6 @@
 //   T = coulomb sgn(w_M) + viscous w_M + windage |w_M| w_M
 // Seen only where shaft torque or shaft power is measured.
 
-#include <cmath>
-
 #include "estimators/model/base_machine.h"
 #include "estimators/model/effects/effect.h"
 
@@ -41,7 +39,7 @@ class FrictionWindage : public EffectLaw<T> {
     if (!active_) return;
     const double w = value_of(w_M);
     const double sign = w > kRest_rad_s ? 1.0 : w < -kRest_rad_s ? -1.0 : w / kRest_rad_s;
-    torque = torque + (p_[0] * sign + w_M * (p_[1] + p_[2] * std::abs(w)));
+    torque = torque + (p_[0] * sign + w_M * (p_[1] + p_[2] * (w < 0.0 ? -w_M : w_M)));
   }
 
  private:
