@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rig/base/error.h"
+
 namespace imrig::est {
 
 namespace {
@@ -44,6 +46,9 @@ Search search(const GlobalProblem& problem, const WorkingModel& start, const Sea
   problem.settle(model.at, model.freedom().local, problem.all());
   if (options.report) options.report({"current model", 0, 1});
   out.final = refit(problem, model, problem.fitted());
+  if (!out.final.sound)
+    throw Error("model", "cannot be fitted to these data: " + out.final.unsound,
+                "identify it from them first");
   out.changes.push_back(change_of(problem, out.final.model, "as it came, refitted", ""));
   for (std::size_t n = 0; n <= options.most_effects; ++n) {
     out.steps.push_back(search_step(problem, out.final, options.report));

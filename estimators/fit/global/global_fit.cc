@@ -163,7 +163,7 @@ Bounds bounds_of(std::size_t entry) {
 
 double GlobalFit::sigma(std::size_t entry) const {
   const auto found = std::find(free.shared.begin(), free.shared.end(), entry);
-  if (found == free.shared.end()) return kMissing;
+  if (found == free.shared.end() || covariance.size() == 0) return kMissing;
   const auto m = static_cast<Eigen::Index>(found - free.shared.begin());
   return std::sqrt(covariance(m, m));
 }

@@ -1,5 +1,7 @@
 #include "estimators/fit/global/global_problem.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <atomic>
@@ -16,7 +18,10 @@ namespace imrig::est {
 
 namespace {
 
-constexpr double kTableRelative = 0.003;  // what a table without declared noise is good for
+constexpr double kTableShare =
+    0.003;  // what a table is good for: of the value, and of the largest where nothing is declared
+constexpr double kLargestShare = 5e-4;
+constexpr double kRounding_rad_s = 0.03;  // a whole number of turns a minute
 
 bool simulated(RecordKind kind) { return kind != RecordKind::kDc; }
 
@@ -42,11 +47,27 @@ Temperatures temperatures(const DataSet& data) {
   return n == 0 ? Temperatures{} : Temperatures{sum / static_cast<double>(n), high - low};
 }
 
-PointNoise point_noise(const Noise& declared) {
-  const auto known = [](double x) { return std::isfinite(x) ? x : 0.0; };
-  PointNoise out{std::sqrt(2.0) * known(declared.current_A), known(declared.power_W),
-                 known(declared.torque_Nm), 0.0};
-  if (!(out.current_A > 0.0) || !(out.power_W > 0.0)) out.relative = kTableRelative;
+// Sigma of each channel: declared, else a share of the largest value; a speed is rounded at least.
+PointNoise point_noise(const DataSet& data) {
+  double current = 0.0, power = 0.0, torque = 0.0;
+  for (const Record& record : data.records) {
+    for (const SteadyPoint& p : record.points) {
+      const double T =
+          std::isfinite(p.torque_Nm) ? p.torque_Nm : p.p_out_W / std::max(1.0, std::abs(p.speed_rad_s));
+      if (std::isfinite(p.i_peak_A)) current = std::max(current, p.i_peak_A);
+      if (std::isfinite(p.p_in_W)) power = std::max(power, std::abs(p.p_in_W));
+      if (std::isfinite(T)) torque = std::max(torque, std::abs(T));
+    }
+  }
+  const auto either = [](double declared, double largest) {
+    return std::isfinite(declared) && declared > 0.0 ? declared : kLargestShare * largest;
+  };
+  PointNoise out;
+  out.current_A = either(std::sqrt(2.0) * data.noise.current_A, current);
+  out.power_W = either(data.noise.power_W, power);
+  out.torque_Nm = either(data.noise.torque_Nm, torque);
+  out.speed_rad_s = std::isfinite(data.noise.speed_rad_s) ? data.noise.speed_rad_s : kRounding_rad_s;
+  out.relative = kTableShare;
   return out;
 }
 
@@ -56,7 +77,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
     : data_(data),
       threads_(std::max(1, threads)),
       noise_(noise_levels(data)),
-      point_noise_(point_noise(data.noise)) {
+      point_noise_(point_noise(data)) {
   const Temperatures t = temperatures(data);
   mean_stator_C_ = t.mean;
   spread_stator_C_ = t.spread;
@@ -80,11 +101,9 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
                 std::max(largest_flux_, std::abs((frame.v[n] - theta.R_s * frame.i[n]) / frame.w_k));
         }
       }
-      for (const SteadyPoint& p : record.points) {
-        predict_steady(start({}).shared, data.pole_pairs, p);
-        if (p.f_Hz > 5.0) largest_flux_ = std::max(largest_flux_, p.v_peak_V / (2.0 * kPi * p.f_Hz));
-        if (std::isfinite(p.i_peak_A)) largest_current_ = std::max(largest_current_, p.i_peak_A);
-        torque_ = torque_ || std::isfinite(p.torque_Nm) || std::isfinite(p.p_out_W);
+      if (!record.points.empty()) {
+        add_rows(k);
+        continue;
       }
       entries_.push_back(std::move(entry));
     } catch (const Error& e) {
@@ -100,6 +119,31 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
   rough[2] = theta.L_l;
   rough[3] = theta.L_m;
   refresh(rough);
+}
+
+// Each row of a table is an experiment of its own.
+void GlobalProblem::add_rows(std::size_t index) {
+  const Record& record = data_.records[index];
+  for (std::size_t n = 0; n < record.points.size(); ++n) {
+    const SteadyPoint& p = record.points[n];
+    const std::string id = fmt::format("{}, row {}", record.id, n + 1);
+    try {
+      predict_steady(start({}).shared, data_.pole_pairs, p);
+    } catch (const Error& e) {
+      left_out_.push_back({id, e.what()});
+      continue;
+    }
+    Entry entry;
+    entry.index = index;
+    entry.id = id;
+    entry.holdout = record.holdout;
+    entry.record = &record;
+    entry.point = {p};
+    entries_.push_back(std::move(entry));
+    if (p.f_Hz > 5.0) largest_flux_ = std::max(largest_flux_, p.v_peak_V / (2.0 * kPi * p.f_Hz));
+    if (std::isfinite(p.i_peak_A)) largest_current_ = std::max(largest_current_, p.i_peak_A);
+    torque_ = torque_ || std::isfinite(p.torque_Nm) || std::isfinite(p.p_out_W);
+  }
 }
 
 void GlobalProblem::refresh(const SharedVector<double>& shared) {
@@ -144,7 +188,7 @@ RecordTerms GlobalProblem::evaluate_one(std::size_t number, const SharedVector<d
                                         const LocalVector<double>& local, const Lanes& lanes,
                                         RecordTrace* trace) const {
   const Entry& entry = entries_[number];
-  if (!entry.series) return points_terms(entry.record->points, data_.pole_pairs, point_noise_, shared, lanes);
+  if (!entry.series) return points_terms(entry.point, data_.pole_pairs, point_noise_, shared, lanes);
   return record_terms(*entry.series, *entry.whitener, entry.steps, shared, local, lanes, trace);
 }
 

@@ -53,7 +53,8 @@ class GlobalProblem {
     std::string id;
     bool holdout = false;
     const Record* record = nullptr;
-    std::unique_ptr<DrivenRecord> series;  // null: a table
+    std::vector<SteadyPoint> point;        // of a table: this row
+    std::unique_ptr<DrivenRecord> series;  // null: a row of a table
     std::unique_ptr<Whitener> whitener;
     int steps = 1;
   };
@@ -104,6 +105,8 @@ class GlobalProblem {
  private:
   template <class Work>
   void each(const std::vector<std::size_t>& which, Work&& work) const;
+
+  void add_rows(std::size_t index);
 
   const DataSet& data_;
   int threads_;

@@ -2,6 +2,7 @@
 
 #include <ceres/jet.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -147,6 +148,51 @@ PointPrediction predict_steady(const SharedVector<double>& given, int pole_pairs
   return {out.i_peak, out.p_in, out.q, out.torque, out.p_out};
 }
 
+namespace {
+
+// One measured value of a row.
+struct Channel {
+  double error = 0.0;
+  Eigen::VectorXd jacobian;
+  double sigma = 0.0;     // its own
+  double by_speed = 0.0;  // one sigma of the speed moves it so far
+};
+
+struct Whitened {
+  Eigen::VectorXd error;
+  Eigen::MatrixXd jacobian;
+};
+
+// A speed that is off moves current and both powers together: what they say of each other stays.
+Whitened whitened(const std::vector<Channel>& channels) {
+  const auto n = static_cast<Eigen::Index>(channels.size());
+  Whitened out;
+  out.error.resize(n);
+  out.jacobian.resize(n, channels.front().jacobian.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const Channel& one = channels[static_cast<std::size_t>(a)];
+    out.error[a] = one.error;
+    out.jacobian.row(a) = one.jacobian.transpose();
+    covariance(a, a) += one.sigma * one.sigma;
+    for (Eigen::Index b = 0; b < n; ++b)
+      covariance(a, b) += one.by_speed * channels[static_cast<std::size_t>(b)].by_speed;
+  }
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(covariance);
+  out.error = cholesky.matrixL().solve(out.error).eval();
+  out.jacobian = cholesky.matrixL().solve(out.jacobian).eval();
+  return out;
+}
+
+// What one sigma of the speed makes of the prediction.
+PointPrediction moved_prediction(const SharedVector<double>& shared, int pole_pairs, SteadyPoint point,
+                                 double speed_rad_s) {
+  point.speed_rad_s += speed_rad_s;
+  return predict_steady(shared, pole_pairs, point);
+}
+
+}  // namespace
+
 RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs, const PointNoise& noise,
                          const SharedVector<double>& given, const Lanes& lanes) {
   using Jet = ceres::Jet<double, kLanes>;
@@ -183,26 +229,31 @@ RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs,
     for (int k = 0; k < kState; ++k) xs[static_cast<std::size_t>(k)].v = dx.row(k).transpose();
     const Outputs<Jet> model = outputs(machine, state_of(xs), s, pole_pairs);
 
+    const PointPrediction above = moved_prediction(given, pole_pairs, point, noise.speed_rad_s);
     const std::size_t stretch = n * kStretches / points.size();
-    const auto add = [&](const Jet& predicted, double measured, double sigma) {
+    std::vector<Channel> channels;
+    const auto add = [&](const Jet& predicted, double measured, double sigma, double by_speed) {
       if (!std::isfinite(measured)) return;
-      const double weight = 1.0 / std::hypot(sigma, noise.relative * measured);
-      const double error = weight * (predicted.a - measured);
-      const Eigen::VectorXd row = weight * predicted.v.head(used);
-      out.chi2 += error * error;
-      out.stretch_chi2[stretch] += error * error;
-      ++out.values;
-      out.gradient.head(used) += error * row;
-      out.stretch_gradient.col(static_cast<Eigen::Index>(stretch)).head(used) += error * row;
-      out.normal.topLeftCorner(used, used) += row * row.transpose();
+      channels.push_back({predicted.a - measured, predicted.v.head(used),
+                          std::hypot(sigma, noise.relative * measured), by_speed - predicted.a});
     };
-    add(model.i_peak, point.i_peak_A, noise.current_A);
-    add(model.p_in, point.p_in_W, noise.power_W);
+    add(model.i_peak, point.i_peak_A, noise.current_A, above.i_peak_A);
+    add(model.p_in, point.p_in_W, noise.power_W, above.p_in_W);
     if (std::isfinite(point.torque_Nm)) {
-      add(model.torque, point.torque_Nm, noise.torque_Nm);
+      add(model.torque, point.torque_Nm, noise.torque_Nm, above.torque_Nm);
     } else {
-      add(model.p_out, point.p_out_W, noise.torque_Nm * std::abs(point.speed_rad_s));
+      add(model.p_out, point.p_out_W, noise.torque_Nm * std::abs(point.speed_rad_s), above.p_out_W);
     }
+    if (channels.empty()) continue;
+    const Whitened row = whitened(channels);
+    const double chi2 = row.error.squaredNorm();
+    out.chi2 += chi2;
+    out.stretch_chi2[stretch] += chi2;
+    out.values += channels.size();
+    const Eigen::VectorXd gradient = row.jacobian.transpose() * row.error;
+    out.gradient.head(used) += gradient;
+    out.stretch_gradient.col(static_cast<Eigen::Index>(stretch)).head(used) += gradient;
+    out.normal.topLeftCorner(used, used) += row.jacobian.transpose() * row.jacobian;
     if (std::isfinite(point.i_peak_A)) {
       out.error2 += std::pow(model.i_peak.a - point.i_peak_A, 2);
       out.signal2 += std::pow(point.i_peak_A, 2);

@@ -13,7 +13,8 @@ struct PointNoise {
   double current_A = 0.0;  // peak
   double power_W = 0.0;
   double torque_Nm = 0.0;
-  double relative = 0.0;  // of the value, added to each: what a table is good for
+  double speed_rad_s = 0.0;  // passed through the model: at small slip it matters most
+  double relative = 0.0;     // of the value, added to each: what a table is good for
 };
 
 struct PointPrediction {

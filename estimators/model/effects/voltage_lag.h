@@ -18,7 +18,7 @@ class VoltageLag : public EffectLaw<T> {
                                        "v = v_given + lag dv/dt",
                                        "sensor chain; facts of measurement, not of the motor",
                                        "frequency sweep with a reference channel; swap channels",
-                                       Needs::kAnything,
+                                       Needs::kSeries,
                                        kForms,
                                        kShared};
 
