@@ -13,7 +13,7 @@ namespace imrig::est {
 namespace {
 
 constexpr double kOffsetShare = 5e-4;  // of the largest current: no channel is better than that
-constexpr double kLagShare = 0.05;     // of a sample: nobody knows what the voltage does between samples
+constexpr double kLagShare = 0.02;     // of a sample: nobody knows what the voltage does between samples
 constexpr double kNormal975 = 1.959963984540054;
 
 std::size_t entry_named(const char* effect, const char* parameter) {
