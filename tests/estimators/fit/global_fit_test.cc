@@ -65,7 +65,8 @@ TEST(GlobalFit, FindsTheCircuitOfEveryMotorFromAStartThatIsAThirdOff) {
     const auto data = grid(motor, 1, {1e-6 * current, 1e-6 * motor.v_peak_V, 1e-9, kMissing, kMissing});
     const GlobalFit fit = fitted(data, {0.7 * p.R_s, 1.3 * p.R_r, 1.3 * p.L_l, 0.7 * p.L_m});
     EXPECT_TRUE(fit.converged) << motor.name;
-    EXPECT_NEAR(fit.at.shared[0] / p.R_s, 1.0, 2e-4) << motor.name;
+    // R_s i is a few per cent of v, so what thinning leaves of v, some 1e-5, shows in it first.
+    EXPECT_NEAR(fit.at.shared[0] / p.R_s, 1.0, 1e-3) << motor.name;
     EXPECT_NEAR(fit.at.shared[1] / p.R_r, 1.0, 2e-4) << motor.name;
     EXPECT_NEAR(fit.at.shared[2] / p.L_l, 1.0, 2e-4) << motor.name;
     EXPECT_NEAR(fit.at.shared[3] / p.L_m, 1.0, 2e-4) << motor.name;
