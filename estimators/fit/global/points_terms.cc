@@ -71,8 +71,7 @@ EffectState<T> state_of(const std::array<T, kState>& x) {
 }
 
 // Newton's method from zero flux with the saturating parts coming in by themselves; damped.
-std::array<double, kState> steady_state_of(const EffectMachine<double>& machine,
-                                           const SharedVector<double>& shared,
+std::array<double, kState> steady_state_of(const SharedVector<double>& shared,
                                            const LocalVector<double>& local, const Setting& s,
                                            Eigen::Matrix<double, kState, kState>& jacobian) {
   using Jet = ceres::Jet<double, kState>;
@@ -112,7 +111,6 @@ std::array<double, kState> steady_state_of(const EffectMachine<double>& machine,
     if (!std::isfinite(size)) break;
     if (size < 1e-12 * (largest + 1e-6)) return x;
   }
-  (void)machine;
   throw Error("operating point", "has no steady state in this model");
 }
 
@@ -143,7 +141,7 @@ PointPrediction predict_steady(const SharedVector<double>& given, int pole_pairs
   const Setting s = setting_of(point, pole_pairs);
   const EffectMachine<double> machine(shared, local);
   Eigen::Matrix<double, kState, kState> jacobian;
-  const auto x = steady_state_of(machine, shared, local, s, jacobian);
+  const auto x = steady_state_of(shared, local, s, jacobian);
   const auto out = outputs(machine, state_of(x), s, pole_pairs);
   return {out.i_peak, out.p_in, out.q, out.torque, out.p_out};
 }
@@ -211,14 +209,13 @@ RecordTerms points_terms(const std::vector<SteadyPoint>& points, int pole_pairs,
   for (std::size_t k = 0; k < kLocal; ++k) seeded_local[k] = Jet(local[k]);
   for (std::size_t k = 0; k < lanes.shared.size(); ++k) seeded[lanes.shared[k]].v[static_cast<int>(k)] = 1.0;
   const SharedVector<Jet> seeded_steady = without_ripple(seeded);
-  const EffectMachine<double> plain_machine(shared, local);
   const EffectMachine<Jet> machine(seeded_steady, seeded_local);
 
   for (std::size_t n = 0; n < points.size(); ++n) {
     const SteadyPoint& point = points[n];
     const Setting s = setting_of(point, pole_pairs);
     Eigen::Matrix<double, kState, kState> jacobian;
-    const auto x = steady_state_of(plain_machine, shared, local, s, jacobian);
+    const auto x = steady_state_of(shared, local, s, jacobian);
     // x(theta): dx = -F_x^-1 F_theta.
     std::array<Jet, kState> xs;
     for (std::size_t k = 0; k < kState; ++k) xs[k] = Jet(x[k]);

@@ -6,6 +6,7 @@
 
 #include "estimators/model/base_machine.h"
 #include "estimators/model/effects/effect.h"
+#include "estimators/model/effects/temperature_law.h"
 
 namespace imrig::est {
 
@@ -34,8 +35,7 @@ class RotorHeating : public EffectLaw<T> {
 
   void rotor_resistance(T& factor, const Instant& at) const {
     if (!active_) return;
-    const T rise = at.stator_C == kUnknown_C ? T(0.0) : at.stator_C - p_[1];
-    factor = factor * ((1.0 + p_[0] * rise) * (1.0 + q_[0]));
+    factor = factor * temperature_factor(p_, q_, at);
   }
 
  private:
