@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cstdint>
-#include <random>
 
 #include "plant/effects/effect.h"
 #include "plant/noise.h"
@@ -39,7 +38,7 @@ class Sensors {
   SensorScale scale_;
   SensorErrors errors_;
   Noise noise_;
-  std::mt19937_64 missing_;              // stream of the missed counts
+  Noise missing_;                        // stream of the missed counts
   std::int64_t seen_ = 0, counted_ = 0;  // lines passed, and those of them that were counted
   bool first_ = true;
 };

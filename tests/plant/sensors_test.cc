@@ -107,6 +107,44 @@ TEST(Noise, IsNormal) {
   EXPECT_NEAR(static_cast<double>(beyond_2) / n, std::erfc(2.0 / std::sqrt(2.0)), 0.0015);
 }
 
+// Pearson's test on 500 cells of equal probability, and what lies beyond the ziggurat's base (R = 3.654): how much,
+// how far out on the average (the inverse Mills ratio), both signs.
+TEST(Noise, HasTheNormalDistributionInEveryCellAndInTheTail) {
+  constexpr int kCells = 500, kDraws = 4'000'000;
+  constexpr double kBase = 3.6541528853610088;
+  Noise noise(11);
+  std::vector<int> cells(kCells);
+  int beyond = 0, positive = 0;
+  double excess = 0.0, lag = 0.0, last = 0.0;
+  for (int k = 0; k < kDraws; ++k) {
+    const double x = noise.normal(), below = 0.5 * std::erfc(-x / std::sqrt(2.0));
+    ++cells[static_cast<std::size_t>(std::min(kCells - 1.0, below * kCells))];
+    if (std::abs(x) > kBase) ++beyond, excess += std::abs(x), positive += x > 0.0;
+    lag += x * last, last = x;
+  }
+  double chi2 = 0.0;
+  const double expected = static_cast<double>(kDraws) / kCells;
+  for (const int n : cells) chi2 += (n - expected) * (n - expected) / expected;
+  EXPECT_NEAR(chi2, kCells - 1.0, 4.0 * std::sqrt(2.0 * (kCells - 1.0)));
+  const double tail = std::erfc(kBase / std::sqrt(2.0));
+  const double mean = std::sqrt(2.0 / kPi) * std::exp(-0.5 * kBase * kBase) / tail;
+  EXPECT_NEAR(beyond, tail * kDraws, 4.0 * std::sqrt(tail * kDraws));
+  EXPECT_NEAR(excess / beyond, mean, 4.0 * 0.25 / std::sqrt(beyond));
+  EXPECT_NEAR(positive, 0.5 * beyond, 2.0 * std::sqrt(beyond));
+  EXPECT_NEAR(lag / kDraws, 0.0, 4.0 / std::sqrt(kDraws));
+}
+
+TEST(Noise, IsDecidedByItsSeed) {
+  Noise a(5), b(5), c(6);
+  bool differs = false;
+  for (int k = 0; k < 1000; ++k) {
+    const double x = a.normal();
+    EXPECT_EQ(x, b.normal());
+    differs = differs || x != c.normal();
+  }
+  EXPECT_TRUE(differs);
+}
+
 TEST(Encoder, CountsLinesOverTurnsAndWraps) {
   Sensors sensors(plain_12_bit(), 1);
   const double line = 2.0 * kPi / 4096.0;
