@@ -4,20 +4,22 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 
 #include "estimators/fit/transient_search.h"
-#include "estimators/model/convert.h"
-#include "tests/estimators/fit/synthetic.h"
+#include "tests/estimators/fit/spread.h"
 
 namespace imrig::est {
 namespace {
 
 using synthetic::Motor;
+using synthetic::options_near;
+using synthetic::Spread;
+using synthetic::three;
+using synthetic::truth_of;
 
 // Statistics need many fits; the sanitizers' builds, fifty times slower, check the code on the other tests.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -26,20 +28,7 @@ constexpr bool kSlowBuild = true;
 constexpr bool kSlowBuild = false;
 #endif
 
-constexpr std::array<const char*, 3> kNames{"R_r", "L_l", "L_m"};
-
-MachineParameters<double> truth_of(const Motor& m) {
-  return inverse_gamma_of(TCircuit{m.R_s, m.R_r, m.L_ls, m.L_lr, m.L_m});
-}
-
-std::array<double, 3> three(const MachineParameters<double>& p) { return {p.R_r, p.L_l, p.L_m}; }
-
-TransientOptions options_near(const MachineParameters<double>& truth, double R_r, double L_l, double L_m) {
-  TransientOptions o;
-  o.nominal = {truth.R_s, R_r * truth.R_r, L_l * truth.L_l, L_m * truth.L_m};
-  o.saturation_flux_Wb = 10.0;
-  return o;
-}
+constexpr auto& kNames = synthetic::kSpreadNames;
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
@@ -70,100 +59,12 @@ TEST(TransientFitTest, CleanRecordsGiveTheMotorBackFromWrongStarts) {
   }
 }
 
-// Least variance any unbiased estimator of R_r, L_l, L_m can have under white current noise, from differences
-// of the independent generator's current: the three parameters and the four numbers of the initial flux (by
-// starting other records a little off).
-std::array<double, 3> cramer_rao(const Motor& m, const synthetic::Case& c, double current_A) {
-  const auto truth = truth_of(m);
-  const auto current_of = [&](MachineParameters<double> p, SpaceVector d_stator, SpaceVector d_rotor) {
-    const TCircuit t = t_of(p);
-    Motor moved = m;
-    moved.R_r = t.R_r;
-    moved.L_ls = t.L_ls;
-    moved.L_lr = t.L_lr;
-    moved.L_m = t.L_m;
-    auto other = c;
-    other.start_off_stator_Wb += d_stator;
-    other.start_off_rotor_Wb +=
-        d_rotor *
-        std::sqrt((t.L_lr + t.L_m) / p.L_m);  // inverse-gamma rotor flux is that of T times L_m / L_r
-    return synthetic::record(moved, other).i;
-  };
-  const auto rows = static_cast<Eigen::Index>(2 * c.samples);
-  Eigen::MatrixXd J(rows, 7);
-  const auto put = [&](Eigen::Index column, const std::vector<SpaceVector>& up,
-                       const std::vector<SpaceVector>& down, double width) {
-    for (std::size_t k = 0; k < c.samples; ++k) {
-      const SpaceVector slope = (up[k] - down[k]) / width;
-      J(static_cast<Eigen::Index>(2 * k), column) = slope.real();
-      J(static_cast<Eigen::Index>(2 * k + 1), column) = slope.imag();
-    }
-  };
-  const std::array places{&MachineParameters<double>::R_r, &MachineParameters<double>::L_l,
-                          &MachineParameters<double>::L_m};
-  for (std::size_t k = 0; k < 3; ++k) {
-    auto up = truth, down = truth;
-    const double step = 1e-4 * truth.*places[k];
-    up.*places[k] += step;
-    down.*places[k] -= step;
-    put(static_cast<Eigen::Index>(k), current_of(up, 0.0, 0.0), current_of(down, 0.0, 0.0), 2.0 * step);
-  }
-  const SpaceVector j(0.0, 1.0);
-  for (Eigen::Index k = 0; k < 4; ++k) {
-    const SpaceVector d = 1e-3 * (k % 2 == 0 ? SpaceVector(1.0) : j);
-    const SpaceVector none = 0.0;
-    put(3 + k, current_of(truth, k < 2 ? d : none, k < 2 ? none : d),
-        current_of(truth, k < 2 ? -d : none, k < 2 ? none : -d), 2e-3);
-  }
-  const Eigen::VectorXd scale = J.colwise().norm().cwiseInverse();
-  const Eigen::MatrixXd scaled = J * scale.asDiagonal();
-  const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).inverse();
-  std::array<double, 3> out{};
-  for (Eigen::Index k = 0; k < 3; ++k)
-    out[static_cast<std::size_t>(k)] = current_A * scale[k] * std::sqrt(inverse(k, k));
-  return out;
-}
-
-struct Spread {
-  std::array<double, 3> bias{}, deviation{}, stated{};
-  std::array<int, 3> covered{};
-};
-
-Spread spread_of(const Motor& m, const TimeSeries& clean, double current_A, double voltage_V,
-                 double speed_rad_s, int seeds) {
-  const auto truth = truth_of(m);
-  auto options = options_near(truth, 1.0, 1.0, 1.0);
-  options.noise.speed_rad_s = speed_rad_s;
-  Eigen::MatrixXd off(seeds, 3), sigma(seeds, 3);
-  Spread s;
-  for (int seed = 0; seed < seeds; ++seed) {
-    TimeSeries noisy = clean;
-    synthetic::add_noise(noisy, current_A, voltage_V, speed_rad_s,
-                         static_cast<std::uint64_t>(9000 + 7 * seed));
-    const TransientFit fit = fit_transient(to_frame(noisy, m.pole_pairs), options);
-    EXPECT_EQ(fit.failure, "") << seed;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto column = static_cast<Eigen::Index>(k);
-      off(seed, column) = three(fit.theta)[k] - three(truth)[k];
-      sigma(seed, column) = std::sqrt(fit.noise.covariance(column + 1, column + 1));
-      s.covered[k] += std::abs(off(seed, column)) < 1.96 * sigma(seed, column);
-    }
-  }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto column = static_cast<Eigen::Index>(k);
-    s.bias[k] = off.col(column).mean();
-    s.deviation[k] = std::sqrt((off.col(column).array() - s.bias[k]).square().sum() / (seeds - 1));
-    s.stated[k] = sigma.col(column).mean();
-  }
-  return s;
-}
-
-void print_spread(const Motor& m, const Spread& s, int seeds) {
+void print_spread(const Motor& m, const Spread& s) {
   const auto truth = three(truth_of(m));
   for (std::size_t k = 0; k < 3; ++k) {
     std::printf("  %s bias %+.3f %%, spread %.3f %%, stated %.3f %%, inside 95 %%: %d/%d\n", kNames[k],
                 100.0 * s.bias[k] / truth[k], 100.0 * s.deviation[k] / truth[k],
-                100.0 * s.stated[k] / truth[k], s.covered[k], seeds);
+                100.0 * s.stated[k] / truth[k], s.covered[k], s.seeds);
   }
 }
 
@@ -172,16 +73,13 @@ TEST(TransientFitTest, SpreadReachesTheCramerRaoBound) {
   const int seeds = 120;
   for (const std::size_t which : {0UL, 1UL, 3UL}) {
     const Motor& m = synthetic::motors()[which];
-    auto c = synthetic::step_case(m, 0.8, 0.9, m.slip, 60e-6, 3000);
-    const double noise = 0.003 * c.v_peak_V * m.slip / m.R_r;
-    c.step_at_s = 0.0;  // a step is not exactly on a straight line between samples; a start off the steady
-                        // state excites as well
-    c.start_off_rotor_Wb = 0.05 * c.v_peak_V / (2.0 * kPi * c.f_Hz);
-    const auto clean = synthetic::record(m, c);
-    const auto bound = cramer_rao(m, c, noise);
-    const Spread s = spread_of(m, clean, noise, 0.0, 0.0, seeds);
+    const auto c = synthetic::released_case(m, 3000);
+    const double noise = synthetic::usual_noise_A(m, c);
+    const auto bound = synthetic::cramer_rao(m, c, noise);
+    const Spread s = synthetic::spread_of(m, synthetic::record(m, c), noise, 0.0, 0.0, seeds);
+    EXPECT_EQ(s.failed, 0) << m.name;
     std::printf("%s, %.3f A\n", m.name, noise);
-    print_spread(m, s, seeds);
+    print_spread(m, s);
     for (std::size_t k = 0; k < 3; ++k) {
       std::printf("  %s spread / Cramer-Rao %.3f, stated / Cramer-Rao %.3f, bias / Cramer-Rao %+.3f\n",
                   kNames[k], s.deviation[k] / bound[k], s.stated[k] / bound[k], s.bias[k] / bound[k]);
@@ -208,10 +106,10 @@ TEST(TransientFitTest, IntervalsCoverUnderNoiseOnCurrentVoltageAndSpeed) {
     auto c = synthetic::step_case(m, 0.8, 0.9, n.slip, 60e-6, 4000);
     c.filter_s = n.filter_s;
     const Spread s =
-        spread_of(m, synthetic::record(m, c), n.current_A, n.voltage_V, rad_s_of_rpm(n.speed_rpm), seeds);
+        synthetic::spread_of(m, synthetic::record(m, c), n.current_A, n.voltage_V, rad_s_of_rpm(n.speed_rpm), seeds);
     std::printf("slip %.1f %%, noise %.2f A, %.1f V, %.1f rpm\n", 100.0 * n.slip, n.current_A, n.voltage_V,
                 n.speed_rpm);
-    print_spread(m, s, seeds);
+    print_spread(m, s);
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_GE(s.covered[k], 88) << kNames[k];  // 95 expected, binomial sigma 2.2
       EXPECT_LT(std::abs(s.bias[k]), 0.4 * s.deviation[k]) << kNames[k];
