@@ -73,6 +73,7 @@ Drive::Drive(const PlantConfig& config)
       mechanics_(config.mechanics),
       effects_(config.effects),
       base_{config.machine.R_s_ohm, config.machine.R_r_ohm, 0.0},
+      sample_s_(static_cast<double>(config.sample_time_ns) * 1e-9),
       per_J_(1.0 / config.mechanics.J_kgm2),
       n_p_(config.machine.pole_pairs),
       L_m_(config.machine.L_m_H),
@@ -233,7 +234,8 @@ Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
 Drive::Flow Drive::flow(const State& x) const {
   Flow flow;
   settle(x.data(), nullptr, flow);
-  answer(x.data(), flow);
+  turn(x.data(), flow);
+  connect(x.data(), flow);
   return flow;
 }
 
@@ -259,12 +261,9 @@ Drive::Flow Drive::flow(const State& x) const {
   rotor_flow(at, own);
 }
 
-void Drive::answer(const double* x, Flow& flow) const { answer(x, flow, shaft); }
-
-[[gnu::flatten]] void Drive::answer(const double* x, Flow& flow, Motion as) const {
+[[gnu::flatten]] void Drive::turn(const double* x, Flow& flow, Motion as) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
-  at.v_s = stator_voltage(at, own);
   at.coupling = {};
   at.coupling.w_generator = at.w_mech;
   for (const auto& slot : effects_.coupling()) slot.effect->coupling(at, own + slot.offset, at.coupling);
@@ -273,6 +272,11 @@ void Drive::answer(const double* x, Flow& flow) const { answer(x, flow, shaft); 
   at.drag_Nm = 0.0, at.motion = as;
   for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
   if (as == Motion::kResting) at.drag_Nm = at.torque_Nm + load_Nm(at);  // it holds
+}
+
+[[gnu::flatten]] void Drive::connect(const double* x, Flow& flow) const {
+  Conditions& at = flow.at;
+  at.v_s = stator_voltage(at, x + kOwn);
   const Complex i_s = at.i.s - at.shunt.i;
   flow.dpsi_s = at.v_s - at.R.R_s * i_s;
   if (at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(i_s);
@@ -281,7 +285,7 @@ void Drive::answer(const double* x, Flow& flow) const { answer(x, flow, shaft); 
 double Drive::pull_at_rest_Nm(const State& x) const {
   Drive::Flow now;
   settle(x.data(), nullptr, now);
-  answer(x.data(), now, Motion::kBySpeed);
+  turn(x.data(), now, Motion::kBySpeed);
   return now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
 }
 
@@ -310,16 +314,17 @@ double Drive::pull_at_rest_Nm(const State& x) const {
 
 // The innermost function of the plant: everything it calls is taken into it.
 [[gnu::flatten]] void Drive::derivatives(const double* x, double* dx, Memory& memory) const {
-  Flow now;
-  settle(x, &memory.magnetics, now);
-  answer(x, now);
-  rates(x, now, dx, memory.held);
+  settle(x, &memory.magnetics, memory.flow);
+  turn(x, memory.flow);
+  connect(x, memory.flow);
+  rates(x, memory.flow, dx, memory.held);
 }
 
 [[gnu::flatten]] void Drive::derivatives(const double* x, double* dx) const {
   Flow now;
   settle(x, nullptr, now);
-  answer(x, now);
+  turn(x, now);
+  connect(x, now);
   rates(x, now, dx);
 }
 

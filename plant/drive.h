@@ -56,20 +56,24 @@ class Drive {
   // MagneticCircuit::kFollowed_A of those without; without saturation it changes no bit.
   struct Memory {
     MagneticCircuit::Known magnetics;
-    const double* held = nullptr;  // rates of all states, from which slow effects take theirs; null: their own
+    const double* held =
+        nullptr;  // rates of all states, from which slow effects take theirs; null: their own
+    Flow flow;    // room to work in
   };
 
   explicit Drive(const PlantConfig& config);
   std::size_t size() const { return kOwn + effects_.states(); }
   State initial() const;
+  double sample_s() const { return sample_s_; }  // nominal
 
   Flow flow(const State& x) const;
   void derivatives(const double* x, double* dx) const;  // size() each
   void derivatives(const double* x, double* dx, Memory& memory) const;
-  // The same in parts, for who has use for them: what the state alone decides, what the inputs add to it
-  // (needs settle()), and the rates of all states (needs both).
+  // The same in parts, for who has use for them: what the state alone decides, what shaft and field's voltage
+  // and what the stator's terminals add to it (both need settle()), and the rates of all states (needs all).
   void settle(const double* x, MagneticCircuit::Known* near, Flow& flow) const;
-  void answer(const double* x, Flow& flow) const;
+  void turn(const double* x, Flow& flow) const { turn(x, flow, shaft); }
+  void connect(const double* x, Flow& flow) const;
   void rates(const double* x, Flow& flow, double* dx, const double* held = nullptr) const;
   std::complex<double> stator_current(const State& x) const;
   // Moves psi_s, at the same rotor flux, to where the stator's current is i_s.
@@ -101,7 +105,7 @@ class Drive {
   };
   void set_currents(const double* own, MagneticCircuit::Known* near, Conditions& at) const;
   Currents currents(const Conditions& at, const double* own) const;
-  void answer(const double* x, Flow& flow, Motion as) const;
+  void turn(const double* x, Flow& flow, Motion as) const;
   void rotor_flow(Conditions& at, const double* own) const;
   Losses losses(const Conditions& at, const double* own) const;
   std::complex<double> stator_voltage(const Conditions& at, const double* own) const;
@@ -115,6 +119,7 @@ class Drive {
   MechanicsConfig mechanics_;
   EffectSet effects_;
   Resistances base_;
+  double sample_s_;
   double per_J_;  // 1/(kg m^2)
   double n_p_, L_m_, L_ls_;
   double break_away_Nm_ = 0.0;

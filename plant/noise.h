@@ -1,10 +1,10 @@
 #pragma once
-// Normal random numbers whose bits depend on the seed alone: the standard fixes no std::normal_distribution. The
-// ziggurat of 256 layers of equal area (Marsaglia and Tsang, Journal of Statistical Software 5(8), 2000), exact by
-// rejection: a point in layer k at x, uniform up to its width x_k, stands where |x| < x_(k+1), 98.8 % of the time;
-// else it is accepted under exp(-x^2/2), and beyond the base's end R an exponential does for the tail. Layer,
-// sign and 53 bits of x come from disjoint bits of one draw. Bits: xoshiro256++ (Blackman and Vigna, ACM Trans.
-// Math. Software 47(4), 2021), its state filled from the seed by splitmix64.
+// Normal random numbers whose bits depend on the seed alone: the standard fixes no std::normal_distribution.
+// The ziggurat of 256 layers of equal area (Marsaglia and Tsang, Journal of Statistical Software 5(8), 2000),
+// exact by rejection: a point in layer k at x, uniform up to its width x_k, stands where |x| < x_(k+1), 98.8
+// % of the time; else it is accepted under exp(-x^2/2), and beyond the base's end R an exponential does for
+// the tail. Layer, sign and 53 bits of x come from disjoint bits of one draw. Bits: xoshiro256++ (Blackman
+// and Vigna, ACM Trans. Math. Software 47(4), 2021), its state filled from the seed by splitmix64.
 
 #include <array>
 #include <bit>

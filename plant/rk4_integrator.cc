@@ -12,8 +12,9 @@ void line(std::size_t n, const double* __restrict x, double h, const double* __r
   for (std::size_t k = 0; k < n; ++k) to[k] = x[k] + h * slope[k];
 }
 
-void mean(std::size_t n, const double* __restrict k1, const double* __restrict k2, const double* __restrict k3,
-          const double* __restrict k4, double sixth, const double* __restrict x, double* __restrict to) {
+void mean(std::size_t n, const double* __restrict k1, const double* __restrict k2,
+          const double* __restrict k3, const double* __restrict k4, double sixth, const double* __restrict x,
+          double* __restrict to) {
   for (std::size_t k = 0; k < n; ++k) to[k] = x[k] + sixth * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
 }
 
@@ -30,15 +31,20 @@ bool Rk4Integrator::settled(const State& x) const {
 
 const Drive::Flow& Rk4Integrator::flow(const State& x) {
   const Terminals& now = drive_.terminals;
-  if (!settled(x)) {
+  const bool anew = !settled(x);
+  if (anew) {
     drive_.settle(x.data(), followed() ? &memory_.magnetics : nullptr, flow_);
     std::memcpy(known_x_.data(), x.data(), n_ * sizeof(double));
-  } else if (now.v_s == known_terminals_.v_s && now.axis == known_terminals_.axis &&
-             drive_.field_V == known_field_V_ && drive_.shaft == flow_.at.motion) {
-    return flow_;
+    known_ = true;
   }
-  drive_.answer(x.data(), flow_);
-  known_terminals_ = now, known_field_V_ = drive_.field_V, known_ = true;
+  if (anew || drive_.field_V != known_field_V_ || drive_.shaft != flow_.at.motion) {
+    drive_.turn(x.data(), flow_);
+    known_field_V_ = drive_.field_V;
+  }
+  if (anew || now.v_s != known_terminals_.v_s || now.axis != known_terminals_.axis) {
+    drive_.connect(x.data(), flow_);
+    known_terminals_ = now;
+  }
   return flow_;
 }
 
@@ -65,6 +71,7 @@ void Rk4Integrator::advance(State& x, double h, bool /*fresh*/) {
     derivatives(x, k1);
   }
   known_ = false;
+  if (h <= short_s_ && followed()) return midpoint(x, k1, h);
   step(x, k1, h, 0);
 }
 
@@ -74,7 +81,7 @@ bool Rk4Integrator::bends(double h, const State& a, const State& b) const {
          apart(kPsiR) + apart(kPsiR + 1) > kBendRotor_Wb || apart(kSpeed) > kBend_rad_s;
 }
 
-// Whether the step may stand: k2_, k3_, k4_ are then its stages.
+// Whether the step may stand: the rates that make it are then in k2_, k3_, k4_.
 bool Rk4Integrator::smooth(const State& x, const State& k1, double h, bool must) {
   memory_.held = nullptr;
   stage(x, 0.5 * h, k1, k2_);
@@ -85,6 +92,14 @@ bool Rk4Integrator::smooth(const State& x, const State& k1, double h, bool must)
   if (must) return true;
   for (std::size_t k = 0; k <= kSpeed; ++k) at_[k] = k2_[k] + k3_[k] - k1[k];
   return !bends(h / 6.0, k4_, at_);
+}
+
+// A stretch between two switching instants so short that the midpoint's rate is enough.
+void Rk4Integrator::midpoint(State& x, const State& k1, double h) {
+  memory_.held = slow_.data();
+  stage(x, 0.5 * h, k1, k2_);
+  line(n_, x.data(), h, k2_.data(), at_.data());
+  std::memcpy(x.data(), at_.data(), n_ * sizeof(double));
 }
 
 void Rk4Integrator::step(State& x, const State& k1, double h, int halvings) {

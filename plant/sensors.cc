@@ -15,8 +15,8 @@ constexpr std::uint64_t kNoiseStream = 0x9e3779b97f4a7c15ull;
 constexpr std::uint64_t kMissingStream = 0xbf58476d1ce4e5b9ull;
 constexpr std::int64_t kMostPerSample = 1 << 20;  // lines
 
-// A seed stands for one bench: whatever makes the noise, its gains and offsets stay. Marsaglia's polar method on
-// std::mt19937_64, whose bits the standard fixes; two draws a pair.
+// A seed stands for one bench: whatever makes the noise, its gains and offsets stay. Marsaglia's polar method
+// on std::mt19937_64, whose bits the standard fixes; two draws a pair.
 class Gauges {
  public:
   explicit Gauges(std::uint64_t seed) : bits_(seed) {}
@@ -75,7 +75,8 @@ std::int16_t Sensors::convert(double value, double gain, double offset_counts, d
                               double per_count) {
   const double full = scale_.full_scale_counts;
   const double noisy = noise > 0.0 ? value * (1.0 + gain) + noise * noise_.normal() : value * (1.0 + gain);
-  return static_cast<std::int16_t>(std::lrint(std::clamp(noisy / per_count + offset_counts, -full, full - 1.0)));
+  return static_cast<std::int16_t>(
+      std::lrint(std::clamp(noisy / per_count + offset_counts, -full, full - 1.0)));
 }
 
 std::int64_t Sensors::count(std::int64_t lines) {

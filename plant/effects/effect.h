@@ -78,13 +78,13 @@ struct Conditions {
   RotorDrop drop;                                // after rotor_drop()
   std::complex<double> dpsi_r, i_bar;            // V; A, rotor current without the iron's part
   double torque_Nm = 0.0;                        // air gap
-  std::complex<double> v_s;                      // V, after applied_voltage()
   Coupling coupling;                             // after coupling()
   Motion motion = Motion::kBySpeed;
   double generator_Nm =
       0.0;               // the generator's torque on its own shaft, negative where it brakes positive speed
   double drag_Nm = 0.0;  // after drag()
-  Losses losses;         // after losses(); filled where an effect reads them and for powers() only
+  std::complex<double> v_s;  // V, after applied_voltage()
+  Losses losses;             // after losses(); filled where an effect reads them and for powers() only
 };
 
 // Physical values on their way to the converters, after the voltage filter, before gain, offset and noise.
