@@ -41,13 +41,13 @@ std::optional<double> slip_for_torque(const MachineParameters<double>& p, int po
   return p.R_r / x;
 }
 
-std::optional<OperatingPoint> operating_point(const MachineParameters<double>& p, int pole_pairs,
+std::optional<LoadedState> operating_point(const MachineParameters<double>& p, int pole_pairs,
                                               double v_peak_V, double f_Hz, double torque_Nm) {
   const double w_e = 2.0 * kPi * f_Hz;
   const auto slip = slip_for_torque(p, pole_pairs, v_peak_V, w_e, torque_Nm);
   if (!slip) return std::nullopt;
   const double w_r = (1.0 - *slip) * w_e;
-  return OperatingPoint{*slip, w_r / pole_pairs, steady_state(p, pole_pairs, v_peak_V, w_e, w_r)};
+  return LoadedState{*slip, w_r / pole_pairs, steady_state(p, pole_pairs, v_peak_V, w_e, w_r)};
 }
 
 }  // namespace imrig::est

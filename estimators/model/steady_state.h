@@ -65,12 +65,12 @@ std::optional<double> slip_for_torque(const MachineParameters<double>& p, int po
                                       double w_e, double torque_Nm);
 
 // Steady state at a given air-gap torque; nothing above pull-out.
-struct OperatingPoint {
+struct LoadedState {
   double slip = 0.0;
   double speed_rad_s = 0.0;  // mechanical
   SteadyState<double> state;
 };
-std::optional<OperatingPoint> operating_point(const MachineParameters<double>& p, int pole_pairs,
+std::optional<LoadedState> operating_point(const MachineParameters<double>& p, int pole_pairs,
                                               double v_peak_V, double f_Hz, double torque_Nm);
 
 }  // namespace imrig::est

@@ -1,22 +1,33 @@
-// imrig-estimator: follows the samples on the bus and publishes the operating point. What it publishes as
-// estimates depends on the samples alone.
+// imrig-estimator: follows the samples on the bus, or in a log, and publishes what they say about the motor. What it
+// publishes as estimates depends on the samples alone.
 
+#include <sched.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <filesystem>
 #include <imrig_msg/ack_t.hpp>
 #include <imrig_msg/heartbeat_t.hpp>
+#include <limits>
+#include <memory>
+#include <string_view>
 
-#include "estimators/online/estimate_message.h"
-#include "estimators/online/operating_point.h"
+#include "estimators/online/estimator_node.h"
+#include "estimators/online/estimator_options.h"
 #include "rig/base/clock.h"
 #include "rig/base/error.h"
 #include "rig/base/rig_config.h"
+#include "rig/base/url.h"
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
+#include "rig/bus/event_log.h"
+#include "rig/bus/replay.h"
 
 namespace imrig::est {
 namespace {
@@ -25,7 +36,7 @@ using imrig_msg::heartbeat_t;
 
 constexpr int kWait_ms = 20;
 constexpr std::int64_t kHeartbeat_us = 200'000;
-constexpr std::int64_t kMostIndex = std::int64_t{1} << 62;
+constexpr std::string_view kFile = "file://";
 
 std::atomic<bool> g_stop = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -37,55 +48,65 @@ void stop_on_signals() {
   ::sigaction(SIGTERM, &action, nullptr);
 }
 
+// Both are refused to ordinary users on most systems: said once, and the estimator runs all the same.
+void take_privileges(const EstimatorOptions& options) {
+  const auto tell = [](const char* what) {
+    std::fprintf(stderr, "imrig-estimator: no %s: %s\n", what, std::strerror(errno));
+  };
+  if (options.lock_memory && ::mlockall(MCL_CURRENT | MCL_FUTURE) != 0) tell("locked memory");
+  if (!options.realtime) return;
+  sched_param priority = {};
+  priority.sched_priority = *options.realtime;
+  if (::sched_setscheduler(0, SCHED_FIFO, &priority) != 0) tell("real-time priority");
+}
+
+// What is published, kept in an event log at the rig's time.
+class EstimateLog {
+ public:
+  EstimateLog(const std::string& path, const std::string& prefix) : prefix_(prefix + "_") {
+    if (!path.empty()) log_ = std::make_unique<EventLogWriter>(path);
+  }
+  void keep(const std::string& name, Bytes data, std::int64_t utime) {
+    if (log_) log_->write(utime, prefix_ + name, data);
+  }
+
+ private:
+  std::string prefix_;
+  std::unique_ptr<EventLogWriter> log_;
+};
+
 class EstimatorProcess {
  public:
-  EstimatorProcess(const OperatingPointConfig& config, Bus& bus)
-      : bus_(bus), instance_(random_id()), estimator_(config, [this](const OperatingPoint& point) {
-          publish(bus_, channel::kEstimate, message_of(point, ++estimate_seq_));
+  EstimatorProcess(const EstimatorConfig& config, Bus& bus, EstimateLog& log)
+      : bus_(bus), instance_(random_id()), node_(config, [this, &log](const std::string& name, Bytes data) {
+          bus_.publish_raw(name, data);
+          log.keep(name, data, node_.utime());
         }) {
-    subscribe<imrig_msg::samples_t>(bus, channel::kSamples, [this](const auto& m) { on_samples(m); });
+    bus.subscribe_raw(channel::kSamples, [this](std::string_view, Bytes data) { node_.take(data); });
   }
 
   void turn() {
     bus_.wait(kWait_ms);
     const std::int64_t now_us = monotonic_us();
-    if (following_ && (read_index_ != told_index_ || now_us >= ack_due_us_)) publish_ack(now_us);
-    if (now_us >= heartbeat_due_us_) publish_heartbeat(now_us, state());
+    if (node_.following() && (node_.read_index() != told_index_ || now_us >= ack_due_us_)) publish_ack(now_us);
+    if (now_us < heartbeat_due_us_) return;
+    const std::int32_t state = node_.following() ? std::int32_t{heartbeat_t::OK} : std::int32_t{heartbeat_t::STARTING};
+    publish_heartbeat(now_us, state);
   }
 
   void stop() { publish_heartbeat(monotonic_us(), heartbeat_t::STOPPING); }
 
  private:
-  std::int32_t state() const {
-    if (following_) return heartbeat_t::OK;
-    return heartbeat_t::STARTING;
-  }
-
-  void on_samples(const imrig_msg::samples_t& m) {
-    if (m.n < 1 || m.first_index < 0 || m.first_index > kMostIndex || m.seq < 0 || m.seq > kMostIndex) return;
-    if (!following_ || m.boot_id != boot_id_) {
-      following_ = true;
-      boot_id_ = m.boot_id;
-      read_index_ = 0;
-    } else if (m.seq > next_block_) {
-      lost_blocks_ += m.seq - next_block_;
-    }
-    next_block_ = m.seq + 1;
-    estimator_.feed(block_of(m));
-    read_index_ = std::max(read_index_, m.first_index + m.n);
-    utime_ = m.utime;
-  }
-
   void publish_ack(std::int64_t now_us) {
     ack_due_us_ = now_us + kHeartbeat_us;
-    told_index_ = read_index_;
+    told_index_ = node_.read_index();
     imrig_msg::ack_t ack = {};
-    ack.utime = utime_;
+    ack.utime = node_.utime();
     ack.seq = ++ack_seq_;
     ack.ack_v1 = 1;
-    ack.boot_id = boot_id_;
-    ack.read_index = read_index_;
-    ack.lost_blocks = lost_blocks_;
+    ack.boot_id = node_.boot_id();
+    ack.read_index = told_index_;
+    ack.lost_blocks = node_.lost_blocks();
     ack.process = heartbeat_t::ESTIMATOR;
     ack.pid = static_cast<std::int32_t>(::getpid());
     publish(bus_, channel::kAck, ack);
@@ -94,7 +115,7 @@ class EstimatorProcess {
   void publish_heartbeat(std::int64_t now_us, std::int32_t state) {
     heartbeat_due_us_ = now_us + kHeartbeat_us;
     heartbeat_t beat = {};
-    beat.utime = utime_;
+    beat.utime = node_.utime();
     beat.seq = ++heartbeat_seq_;
     beat.heartbeat_v1 = 1;
     beat.host_utime = wall_us();
@@ -107,17 +128,48 @@ class EstimatorProcess {
 
   Bus& bus_;
   std::int64_t instance_;
-  bool following_ = false;
-  std::int64_t boot_id_ = 0, next_block_ = 0, read_index_ = 0, told_index_ = 0, lost_blocks_ = 0, utime_ = 0;
-  std::int64_t estimate_seq_ = 0, ack_seq_ = 0, heartbeat_seq_ = 0;
+  std::int64_t told_index_ = 0, ack_seq_ = 0, heartbeat_seq_ = 0;
   std::int64_t ack_due_us_ = 0, heartbeat_due_us_ = 0;
-  OperatingPointEstimator estimator_;
+  EstimatorNode node_;
 };
 
+// file://LOG?speed=N, LOG absolute or not.
+Url file_url(const std::string& text) {
+  const std::string rest = text.substr(kFile.size());
+  const std::size_t path_end = std::min(rest.find('?'), rest.size());
+  return parse_url(std::string(kFile) + std::filesystem::absolute(rest.substr(0, path_end)).string() + rest.substr(path_end));
+}
+
+// The samples of a log; speed 0: as fast as they can be worked off.
+int read_log(const Url& url, const EstimatorConfig& config, const std::string& prefix, EstimateLog& log) {
+  EventLogReader reader(url.path);
+  const std::string samples = prefix + "_" + channel::kSamples;
+  EstimatorNode node(config, [&](const std::string& name, Bytes data) { log.keep(name, data, node.utime()); });
+  ReplayOptions pace;
+  const long speed = url.option_or("speed", 1, 0, 1'000'000);
+  pace.speed = speed == 0 ? std::numeric_limits<double>::infinity() : static_cast<double>(speed);
+  pace.max_rate_per_s = 1e12;
+  pace.keep_going = [] { return !g_stop; };
+  replay(reader, [&](const std::string& channel, Bytes data) { if (channel == samples) node.take(data); }, pace);
+  std::printf("%lld estimates, %lld lost blocks\n", static_cast<long long>(node.estimates()),
+              static_cast<long long>(node.lost_blocks()));
+  return 0;
+}
+
+int follow_bus(const BusConfig& config, const EstimatorConfig& estimator, EstimateLog& log) {
+  const auto bus = open_lcm_bus(config);
+  EstimatorProcess process(estimator, *bus, log);
+  std::puts("ready");
+  std::fflush(stdout);
+  while (!g_stop) process.turn();
+  process.stop();
+  return 0;
+}
+
 int body(int argc, char** argv) {
-  CLI::App app{"imrig-estimator: the operating point of the motor, from the samples on the bus."};
-  std::string path = "rig.toml";
-  app.add_option("--config", path, "the rig's configuration")->capture_default_str();
+  CLI::App app{"imrig-estimator: what the samples on the bus say about the motor, while it runs."};
+  EstimatorOptions options;
+  add_options(app, options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
@@ -125,17 +177,15 @@ int body(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     throw Error("usage", e.what(), "see imrig-estimator --help");
   }
-  const RigConfig config = load_rig_config(path);
-  const auto bus = open_lcm_bus(config.bus);
-  OperatingPointConfig point;
-  point.pole_pairs = config.motor.pole_pairs;
-  EstimatorProcess process(point, *bus);
+  const RigConfig rig = load_rig_config(options.config);
+  const EstimatorConfig estimator = estimator_config(options, rig);
+  BusConfig bus = rig.bus;
+  if (!options.url.empty()) bus.url = options.url;
+  EstimateLog log(options.out, bus.prefix);
+  take_privileges(options);
   stop_on_signals();
-  std::puts("ready");
-  std::fflush(stdout);
-  while (!g_stop) process.turn();
-  process.stop();
-  return 0;
+  if (bus.url.starts_with(kFile)) return read_log(file_url(bus.url), estimator, bus.prefix, log);
+  return follow_bus(bus, estimator, log);
 }
 
 }  // namespace

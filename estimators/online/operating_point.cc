@@ -67,6 +67,7 @@ class OperatingPointEstimator::Impl {
     return true;
   }
 
+  std::size_t least_to_end() const { return started_ ? try_at_ - std::min(buffer_.size(), try_at_) : 0; }
   std::int64_t boot_id() const { return boot_id_; }
   std::int64_t read_index() const { return next_index_; }
 
@@ -93,6 +94,7 @@ class OperatingPointEstimator::Impl {
     sample_time_ns_ = block.sample_time_ns;
     facts_.sample_time_s = 1e-9 * static_cast<double>(sample_time_ns_);
     facts_.pole_pairs = config_.pole_pairs;
+    facts_.voltage_held = config_.voltage_held;
     const auto samples = [this](double s) {
       return static_cast<std::size_t>(std::clamp(std::round(s / facts_.sample_time_s), 8.0, kMostSamples));
     };
@@ -140,6 +142,7 @@ class OperatingPointEstimator::Impl {
       out.frequency_Hz = out.voltage_V = out.current_A = out.phi_rad = out.input_power_W = kNone;
     analyse_speed(buffer_, n, facts_, out);
     out.steady = steady_.take(out);
+    out.moved = steady_.moved();
     buffer_.drop(n);
     first_index_ = out.last_index + 1;
     try_at_ = window_;
@@ -167,6 +170,7 @@ OperatingPointEstimator::OperatingPointEstimator(const OperatingPointConfig& con
 OperatingPointEstimator::~OperatingPointEstimator() = default;
 bool OperatingPointEstimator::feed(const SampleBlock& block) { return impl_->feed(block); }
 std::int64_t OperatingPointEstimator::boot_id() const { return impl_->boot_id(); }
+std::size_t OperatingPointEstimator::least_to_end() const { return impl_->least_to_end(); }
 std::int64_t OperatingPointEstimator::read_index() const { return impl_->read_index(); }
 
 }  // namespace imrig::est

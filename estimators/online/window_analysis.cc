@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "estimators/online/count_slope.h"
+#include "estimators/online/held_voltage.h"
 #include "estimators/online/tone.h"
 #include "rig/base/space_vector.h"
 
@@ -60,7 +61,12 @@ bool analyse_electrical(const WindowBuffer& window, const WindowFrequency& frequ
   if (std::norm(volts.positive) < kLeastShare * total * total) return false;
 
   const double w_rad_s = frequency.rad_per_sample / facts.sample_time_s;
-  const SpaceVector V = volts.positive * SpaceVector(1.0, w_rad_s * facts.voltage_filter_s);
+  const SpaceVector V =
+      volts.positive * (facts.voltage_held
+                            ? held_voltage(frequency.rad_per_sample, facts.sample_time_s, facts.voltage_filter_s)
+                            : SpaceVector(1.0, w_rad_s * facts.voltage_filter_s));
+  out.voltage_zero_V = volts.zero;
+  out.current_zero_A = amps.zero;
   const double root_n = std::sqrt(static_cast<double>(frequency.samples));
   out.frequency_Hz = w_rad_s / (2.0 * kPi);
   out.voltage_V = std::abs(V);

@@ -13,6 +13,7 @@ struct WindowFacts {
   double voltage_filter_s = 0.0;
   int encoder_counts_per_rev = 0;
   int pole_pairs = 1;
+  bool voltage_held = false;
 };
 
 struct WindowFrequency {

@@ -12,6 +12,7 @@ inline constexpr char kBridgeLease[] = "BRIDGE_LEASE";        // lease_t, bridge
 inline constexpr char kDynoLease[] = "DYNO_LEASE";            // lease_t, dyno
 inline constexpr char kRecord[] = "RECORD";                   // record_t, campaign
 inline constexpr char kEstimate[] = "ESTIMATE";               // estimate_t, estimator
+inline constexpr char kMotorEstimate[] = "MOTOR_ESTIMATE";    // motor_estimate_t, estimator
 inline constexpr char kCampaignStatus[] = "CAMPAIGN_STATUS";  // campaign_status_t, campaign
 inline constexpr char kDataset[] = "DATASET";                 // dataset_t, campaign and import
 inline constexpr char kSeries[] = "SERIES";                   // series_t, import

@@ -58,19 +58,25 @@ bool layout_fits<imrig_msg::campaign_status_t>(Bytes data);
 
 }  // namespace guard
 
+// Into a message that is kept: its arrays' memory is used again. False, and the message worthless, when the bytes
+// are not exactly one well-formed message of this type. Never throws.
+template <class Message>
+bool guarded_decode_into(Bytes data, Message& message) {
+  try {
+    if (!guard::head_fits(data, Message::getHash()) || !guard::layout_fits<Message>(data)) return false;
+    const int size = static_cast<int>(data.size());
+    return message.decode(data.data(), 0, size) == size;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 // The message, or nothing when the bytes are not exactly one well-formed message of this type. Never throws.
 template <class Message>
 std::optional<Message> guarded_decode(Bytes data) {
-  try {
-    if (!guard::head_fits(data, Message::getHash()) || !guard::layout_fits<Message>(data))
-      return std::nullopt;
-    const int size = static_cast<int>(data.size());
-    std::optional<Message> message(std::in_place);
-    if (message->decode(data.data(), 0, size) != size) return std::nullopt;
-    return message;
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
+  std::optional<Message> message(std::in_place);
+  if (!guarded_decode_into(data, *message)) message.reset();
+  return message;
 }
 
 }  // namespace imrig

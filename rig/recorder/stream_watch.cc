@@ -47,7 +47,7 @@ std::string stream_of(std::string_view name, Bytes data) {
     if (name == one) return kCampaign;
   }
   for (const char* one : {channel::kBridgeStatus, channel::kDynoStatus, channel::kBridgeLease,
-                          channel::kDynoLease, channel::kEstimate}) {
+                          channel::kDynoLease, channel::kEstimate, channel::kMotorEstimate}) {
     if (name == one) return one;
   }
   return "";

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kForgotten = 12.0;  // time constants of the filter, exp(-12) = 6e-6
 constexpr double kPeriods = 2.0;
+const double kMostOff = std::log(3.0);  // from the model's R_r
 constexpr double kLevel_s = 0.02;  // of the current's level that the hysteresis goes by
 
 void check(const RotorObserverConfig& c) {
@@ -42,22 +43,15 @@ void RotorObserver::Train::take(double at) {
 }
 
 RotorObserver::RotorObserver(const RotorObserverConfig& config)
-    : config_(config), tracker_(config.k_6_ohm_s, config.settle_s) {
+    : config_(config), tracker_(config.k_6_ohm_s, config.settle_s),
+      filter_(config.sample_time_s, config.voltage_filter_s) {
   check(config_);
-  if (config_.voltage_filter_s > 0.0) {
-    // tau dy/dt = x - y, x on straight lines between samples, exactly.
-    const double ratio = config_.sample_time_s / config_.voltage_filter_s;
-    decay_ = std::exp(-ratio);
-    const double slope = -std::expm1(-ratio) / ratio;
-    old_ = slope - decay_;
-    fresh_ = 1.0 - slope;
-  }
   interrupt(0);
 }
 
 void RotorObserver::interrupt(std::int64_t next_index) {
   next_index_ = next_index;
-  filtering_ = false;
+  filter_.restart();
   level_A_ = 0.0;
   along_ = across_ = ZeroCrossings();
   skip_ = static_cast<std::int64_t>(std::ceil(kForgotten * config_.voltage_filter_s / config_.sample_time_s));
@@ -68,14 +62,6 @@ void RotorObserver::begin() {
   sums_ = {};
   phase_.restart();
   first_index_ = next_index_;
-}
-
-std::complex<double> RotorObserver::matched(std::complex<double> i) {
-  if (config_.voltage_filter_s <= 0.0) return i;
-  filtered_ = filtering_ ? decay_ * filtered_ + old_ * last_ + fresh_ * i : i;
-  filtering_ = true;
-  last_ = i;
-  return filtered_;
 }
 
 void RotorObserver::count_crossings(std::complex<double> i) {
@@ -102,7 +88,7 @@ bool RotorObserver::whole() const {
 
 std::optional<RotorEstimate> RotorObserver::take(std::complex<double> v, std::complex<double> i,
                                                  double speed_rad_s) {
-  const std::complex<double> i_f = matched(i);
+  const std::complex<double> i_f = filter_.take(i);
   if (skip_ > 0) {
     --skip_;
     ++next_index_;
@@ -166,13 +152,23 @@ RotorEstimate RotorObserver::close() {
   e.slip = e.w_s_rad_s / w_e;
   e.voltage_V = sums_.V / n;
   e.current_A = sums_.I / n;
-  e.phi_rad = w_e > 0.0 ? phase_.phi_rad() : -phase_.phi_rad();
-  const bool steady = steady_.take(point_of(e));
+  e.phi_rad = (w_e > 0.0 ? phase_.phi_rad() : -phase_.phi_rad()) + std::abs(w_e) * config_.voltage_lag_s;
+  const OperatingPoint point = point_of(e);
+  const bool steady = steady_.take(point);
+  e.sigma_voltage_V = point.sigma_voltage_V;
+  e.sigma_current_A = point.sigma_current_A;
+  e.sigma_slip = point.sigma_slip;
+  RotorCircuit circuit = config_.circuit;
+  circuit.current_A = e.current_A;
+  if (const auto R_r = tracker_.R_r_ohm(e.w_s_rad_s)) circuit.R_r_near_ohm = *R_r;
   const RotorResistance found =
-      rotor_resistance(config_.circuit, e.voltage_V / e.current_A, e.phi_rad, std::abs(w_e), e.slip);
+      rotor_resistance(circuit, e.voltage_V / e.current_A, e.phi_rad, std::abs(w_e), e.slip);
   e.sensitivity = found.sensitivity;
   e.upper_root = found.upper_root;
   e.status = found.status;
+  if (found.status == RotorResistanceStatus::kValid &&
+      std::abs(std::log(found.R_r_ohm / config_.circuit.R_r_near_ohm)) > kMostOff)
+    e.status = RotorResistanceStatus::kImplausible;
   if (std::abs(e.slip) < config_.least_slip) e.status = RotorResistanceStatus::kSlipTooSmall;
   if (!steady) e.status = RotorResistanceStatus::kNotSteady;
   if (!sums_.speed_known) e.status = RotorResistanceStatus::kNoSpeed;

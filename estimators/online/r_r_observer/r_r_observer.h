@@ -2,10 +2,11 @@
 // Online observer of the rotor resistance, sample by sample (Proca and Keyhani 2002, appendix):
 //   frequency   zero crossings of i_alpha and i_beta over a window of whole periods (zero_crossings.h)
 //   slip        w_s = w_e - n_p w_M, from the window's mean speed
-//   filter      the current passes the voltage channel's first-order filter, so that both are late and small
-//   alike V, I        means of |v| and |i|; only their ratio enters phase       recursive least squares
-//   (phase_recursion.h), anew in each window steady      steady_criterion.h over consecutive windows R_r
-//   rotor_resistance.h, and from it R_1(T) (rotor_tracker.h)
+//   filter      the current passes the voltage channel's first-order filter, so that both are late and small alike
+//   V, I        means of |v| and |i|; only their ratio enters
+//   phase       recursive least squares (phase_recursion.h), anew in each window
+//   steady      steady_criterion.h over consecutive windows
+//   R_r         rotor_resistance.h, and from it R_1(T) (rotor_tracker.h)
 // Nothing is allocated. Depends on the samples and their order alone. A window that is not steady, slips too
 // little or has no real root gives no R_r, and says why.
 
@@ -15,6 +16,7 @@
 #include <limits>
 #include <optional>
 
+#include "estimators/online/matched_filter.h"
 #include "estimators/online/r_r_observer/phase_recursion.h"
 #include "estimators/online/r_r_observer/rotor_resistance.h"
 #include "estimators/online/r_r_observer/rotor_tracker.h"
@@ -32,6 +34,7 @@ struct RotorObserverConfig {
   double settle_s = 0.0;     // of R_1; 0: the newest window alone
   double least_slip = 0.02;  // the paper's
   double window_s = 0.2;     // shortest; longer for two periods
+  double voltage_lag_s = 0.0;  // by which the voltage still lags behind the filtered current (held_voltage.h)
   double longest_s = 4.0;    // a window without two periods by then is given up
 };
 
@@ -47,6 +50,8 @@ struct RotorEstimate {
   double R_1_ohm = std::numeric_limits<double>::quiet_NaN();  // tracked; known after the first valid window
   double sensitivity = 0.0;                                   // |d ln R_r/d ln a|
   bool upper_root = false;
+  // One sigma, from the scatter within the window alone.
+  double sigma_voltage_V = 0.0, sigma_current_A = 0.0, sigma_slip = 0.0;
 };
 
 class RotorObserver {
@@ -56,6 +61,8 @@ class RotorObserver {
 
   // One sample, V, A, mechanical rad/s (NaN: not measured). Something when it closes a window.
   std::optional<RotorEstimate> take(std::complex<double> v, std::complex<double> i, double speed_rad_s);
+  // For the windows that end from now on: R_s has warmed.
+  void set_circuit(const RotorCircuit& circuit) { config_.circuit = circuit; }
   // Samples are missing or the gates switched: the window begins anew, the filter too. R_1 stays.
   void interrupt(std::int64_t next_index);
 
@@ -76,7 +83,6 @@ class RotorObserver {
     bool speed_known = true;
   };
 
-  std::complex<double> matched(std::complex<double> i);
   void count_crossings(std::complex<double> i);
   bool whole() const;
   RotorEstimate close();
@@ -91,9 +97,7 @@ class RotorObserver {
   Sums sums_;
   std::int64_t next_index_ = 0, first_index_ = 0;
   std::int64_t skip_ = 0;  // samples until the filter has forgotten its start
-  double decay_ = 0.0, old_ = 0.0, fresh_ = 1.0;
-  std::complex<double> filtered_, last_;
-  bool filtering_ = false;
+  MatchedFilter filter_;
   double level_A_ = 0.0;
 };
 

@@ -1,16 +1,53 @@
 #include "estimators/online/r_r_observer/rotor_resistance.h"
 
 #include <cmath>
+#include <complex>
 #include <limits>
 
+#include "estimators/model/effects/saturation_law.h"
+
 namespace imrig::est {
+
+namespace {
+
+constexpr int kRounds = 6;  // of the flux; each settles it by a factor of ten or more
+
+// What lies behind R_s as the formula wants it.
+struct Behind {
+  double a_ohm, L_m_H;
+};
+
+Behind behind_stator(const RotorCircuit& c, double impedance_ohm, double phi_rad, double w_e) {
+  const double a = impedance_ohm * std::cos(phi_rad) - c.R_s_ohm;
+  if (c.saturation.extra <= 0.0 && c.stator_iron_S <= 0.0) return {a, c.L_m_H};
+  using Complex = std::complex<double>;
+  // Per ampere of current; the curve needs volts, which the caller's scale gives.
+  const Complex I = c.current_A, V = std::polar(impedance_ohm, phi_rad) * I;
+  const Complex e = V - c.R_s_ohm * I, psi_s = e / Complex(0.0, w_e);
+  const MagneticCurve& m = c.saturation;
+  Complex behind = I - c.stator_iron_S * e, psi_r = psi_s - c.L_l_H * behind;
+  double L_m = c.L_m_H;
+  for (int round = 0; round < kRounds && m.extra > 0.0; ++round) {
+    const Complex psi_x = m.place * psi_r + (1.0 - m.place) * psi_s;
+    const Cx<double> flux(psi_x);
+    const double g = saturation_share(flux, m.extra, m.exponent, m.settling, m.psi_ref_Wb);
+    behind = I - c.stator_iron_S * e - ((1.0 - m.place) * g / c.L_m_H) * psi_x;
+    psi_r = psi_s - c.L_l_H * behind;
+    // The rotor's branch: psi_r/L_m + place g psi_x/L_m, of which the part along psi_r counts.
+    const double along = (psi_x * std::conj(psi_r)).real() / std::norm(psi_r);
+    L_m = c.L_m_H / (1.0 + m.place * g * along);
+  }
+  return {(e / behind).real(), L_m};
+}
+
+}  // namespace
 
 RotorResistance rotor_resistance(const RotorCircuit& circuit, double impedance_ohm, double phi_rad,
                                  double w_e_rad_s, double slip) {
   RotorResistance out;
   out.R_r_ohm = std::numeric_limits<double>::quiet_NaN();
-  const double X = w_e_rad_s * circuit.L_m_H;
-  const double a = impedance_ohm * std::cos(phi_rad) - circuit.R_s_ohm;
+  const auto [a, L_m] = behind_stator(circuit, impedance_ohm, phi_rad, w_e_rad_s);
+  const double X = w_e_rad_s * L_m;
   const double root = X * X - 4.0 * a * a;
   if (!(root >= 0.0)) return out;
   if (a == 0.0) {

@@ -8,6 +8,11 @@
 // the other root is the true one; near it neither is any good: d ln R'/d ln a = -+X/sqrt(X^2 - 4 a^2). 2 a >
 // X has no real root: L_m, R_s or the measurement is wrong. That is told, never clamped. L_l plays no part.
 // A core-loss resistance R_c beside jX (equation 20) takes its share exactly: 1/R' = 1/R'_seen - 1/R_c.
+// Where the model's iron saturates, or takes power at the stator flux, the phasors tell the fluxes,
+//   psi_s = (V - R_s I)/(j w_e),  psi_r = psi_s - L_l I',  psi_x = place psi_r + (1 - place) psi_s,
+//   I' = I - G_s (V - R_s I) - (1 - place) g(|psi_x|) psi_x/L_m,   L_m' = L_m/(1 + place g(|psi_x|))
+// with g of magnetizing_saturation, and I' and L_m' (for place < 1: |psi_r| over the current it takes) go into
+// the formula instead. A few rounds; without both, nothing changes and L_l plays no part.
 
 namespace imrig::est {
 
@@ -18,7 +23,14 @@ enum class RotorResistanceStatus {
   kSlipTooSmall,   // below the least slip
   kNotReal,        // 2 a > X: no real root
   kNoPower,        // a <= 0 at positive slip or a >= 0 at negative: sign of power and slip disagree
-  kIllConditioned  // too near to the slip R_r/X where both roots meet
+  kIllConditioned,  // too near to the slip R_r/X where both roots meet
+  kImplausible      // less than a third or more than three times the model's: the speed or the model is wrong
+};
+
+// What saturation adds to the current of a linear L_m, relative to it: extra u^n (1 + c)/(1 + c u^n), u = |psi|/psi_ref.
+struct MagneticCurve {
+  double extra = 0.0;  // 0: none
+  double exponent = 6.0, place = 1.0, settling = 0.0, psi_ref_Wb = 0.5;
 };
 
 struct RotorCircuit {
@@ -26,6 +38,10 @@ struct RotorCircuit {
   double L_m_H = 0.0;
   double R_c_ohm = 0.0;       // 0: no core loss in the model
   double R_r_near_ohm = 0.0;  // a rough value: which root is the true one
+  double L_l_H = 0.0;         // used only with what follows
+  double stator_iron_S = 0.0;  // conductance of the iron at the stator flux
+  MagneticCurve saturation = {};
+  double current_A = 0.0;  // |I|, peak, of the point: the curve is not linear
 };
 
 struct RotorResistance {
