@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "rig/base/error.h"
 #include "rig/base/space_vector.h"
@@ -79,6 +80,14 @@ Drive::Drive(const PlantConfig& config)
       L_m_(config.machine.L_m_H),
       L_ls_(stator_leakage(config.machine)) {
   check_rates(config);
+  shape_ = Shape::kUsual;
+  if (!effects_.currents().empty() || !effects_.shunt().empty() || !effects_.coupling().empty()) {
+    shape_ = Shape::kAny;
+  } else if (magnetics_.linear() && effects_.states() == 0 && effects_.temperatures().empty() &&
+             effects_.resistances().empty() && effects_.rotor_drop().empty() &&
+             effects_.applied_voltage().empty()) {
+    shape_ = Shape::kBare;
+  }
   for (const auto& effect : config.effects) break_away_Nm_ += effect->break_away_Nm();
   if (!magnetics_.linear() &&
       magnetics_.fastest_rate(base_.R_s, base_.R_r) * static_cast<double>(config.sample_time_ns) * 1e-9 >
@@ -101,12 +110,14 @@ State Drive::initial() const {
   return x;
 }
 
+template <Drive::Shape kShape>
 void Drive::set_currents(const double* own, MagneticCircuit::Known* near, Conditions& at) const {
   if (magnetics_.linear()) {
     at.i = circuit_.currents(at.psi_s, at.psi_r);
   } else {
     at.i = near ? magnetics_.follow(at.psi_s, at.psi_r, *near).i : magnetics_.solve(at.psi_s, at.psi_r).i;
   }
+  if constexpr (kShape != Shape::kAny) return;
   for (const auto& slot : effects_.currents()) slot.effect->currents(at, own + slot.offset, at.i);
   for (const auto& slot : effects_.shunt()) {
     Shunt branch;
@@ -117,16 +128,18 @@ void Drive::set_currents(const double* own, MagneticCircuit::Known* near, Condit
 
 Currents Drive::currents(const Conditions& at, const double* own) const {
   Conditions there = at;
-  set_currents(own, nullptr, there);
+  set_currents<Shape::kAny>(own, nullptr, there);
   return there.i;
 }
 
 // Currents through the bars and, where there is iron loss, through a conductance G across the rotor's flux
 // linkage, all of which link psi_r:
 //   i_r = i_bar - G e,   e = d psi_r/dt = j w psi_r - (R i_bar + R_conj conj(i_bar) + v_0).
+template <Drive::Shape kShape>
 void Drive::rotor_flow(Conditions& at, const double* own) const {
   at.drop = {at.R.R_r, 0.0, 0.0};
-  for (const auto& slot : effects_.rotor_drop()) slot.effect->rotor_drop(at, own + slot.offset, at.drop);
+  if constexpr (kShape != Shape::kBare)
+    for (const auto& slot : effects_.rotor_drop()) slot.effect->rotor_drop(at, own + slot.offset, at.drop);
   const RotorDrop& drop = at.drop;
   const double G = at.R.G_iron;
   const Complex motion = turned(n_p_ * at.w_mech, at.psi_r) - drop.v_0;
@@ -198,14 +211,10 @@ Complex Drive::stator_drop(const Conditions& at) const {
   return at.R.R_s * i + at.R.R_s_conj * std::conj(i);
 }
 
-Complex Drive::stator_voltage(const Conditions& at, const double* own) const {
+// With the gates off.
+[[gnu::noinline]] Complex Drive::diodes_voltage(const Conditions& at, const double* own) const {
   switch (terminals.kind) {
-    case Terminals::Kind::kInverter: {
-      Complex v = terminals.v_s;
-      for (const auto& slot : effects_.applied_voltage())
-        slot.effect->applied_voltage(at, own + slot.offset, v);
-      return v;
-    }
+    case Terminals::Kind::kInverter:
     case Terminals::Kind::kClamped:
       return terminals.v_s;
     case Terminals::Kind::kPair: {
@@ -239,7 +248,22 @@ Drive::Flow Drive::flow(const State& x) const {
   return flow;
 }
 
-[[gnu::flatten]] void Drive::settle(const double* x, MagneticCircuit::Known* near, Flow& flow) const {
+// Hooks that nobody overrides are left out where the code is made: a loop that might call, even over nothing,
+// sends every quantity through memory.
+template <class F>
+void Drive::shaped(F&& f) const {
+  switch (shape_) {
+    case Shape::kBare:
+      return f(std::integral_constant<Shape, Shape::kBare>());
+    case Shape::kUsual:
+      return f(std::integral_constant<Shape, Shape::kUsual>());
+    case Shape::kAny:
+      return f(std::integral_constant<Shape, Shape::kAny>());
+  }
+}
+
+template <Drive::Shape kShape>
+void Drive::settle_as(const double* x, MagneticCircuit::Known* near, Flow& flow) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
   at.n_p = n_p_, at.L_m = L_m_, at.L_ls = L_ls_, at.dc_link_V = dc_link_V, at.cycle_s = cycle_s;
@@ -249,24 +273,35 @@ Drive::Flow Drive::flow(const State& x) const {
   at.angle = x[kAngle];
   at.psi_d = x[kPsiD], at.psi_q = x[kPsiQ], at.psi_f = x[kPsiF];
   at.R_r_nominal = base_.R_r;
-  at.temperature = {};
-  for (const auto& slot : effects_.temperatures())
-    slot.effect->temperatures(at, own + slot.offset, at.temperature);
-  set_currents(own, near, at);
-  if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
   at.R = base_;
-  for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
+  if constexpr (kShape == Shape::kBare) {
+    at.i = circuit_.currents(at.psi_s, at.psi_r);
+  } else {
+    at.temperature = {};
+    for (const auto& slot : effects_.temperatures())
+      slot.effect->temperatures(at, own + slot.offset, at.temperature);
+    set_currents<kShape>(own, near, at);
+  }
+  if (terminals.kind == Terminals::Kind::kOpen) at.i.s = 0.0;  // what is left is rounding
+  if constexpr (kShape != Shape::kBare) {
+    for (const auto& slot : effects_.resistances()) slot.effect->resistances(at, own + slot.offset, at.R);
+  }
   at.shunt = {};
-  for (const auto& slot : effects_.shunt()) slot.effect->shunt(at, own + slot.offset, at.shunt);
-  rotor_flow(at, own);
+  if constexpr (kShape == Shape::kAny) {
+    for (const auto& slot : effects_.shunt()) slot.effect->shunt(at, own + slot.offset, at.shunt);
+  }
+  rotor_flow<kShape>(at, own);
 }
 
-[[gnu::flatten]] void Drive::turn(const double* x, Flow& flow, Motion as) const {
+template <Drive::Shape kShape>
+void Drive::turn_as(const double* x, Flow& flow, Motion as) const {
   Conditions& at = flow.at;
   const double* own = x + kOwn;
   at.coupling = {};
   at.coupling.w_generator = at.w_mech;
-  for (const auto& slot : effects_.coupling()) slot.effect->coupling(at, own + slot.offset, at.coupling);
+  if constexpr (kShape == Shape::kAny) {
+    for (const auto& slot : effects_.coupling()) slot.effect->coupling(at, own + slot.offset, at.coupling);
+  }
   generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.coupling.w_generator, field_V, flow.generator);
   at.generator_Nm = flow.generator.shaft_Nm;
   at.drag_Nm = 0.0, at.motion = as;
@@ -274,12 +309,31 @@ Drive::Flow Drive::flow(const State& x) const {
   if (as == Motion::kResting) at.drag_Nm = at.torque_Nm + load_Nm(at);  // it holds
 }
 
-[[gnu::flatten]] void Drive::connect(const double* x, Flow& flow) const {
+template <Drive::Shape kShape>
+void Drive::connect_as(const double* x, Flow& flow) const {
   Conditions& at = flow.at;
-  at.v_s = stator_voltage(at, x + kOwn);
+  at.v_s = terminals.v_s;
+  if (terminals.kind != Terminals::Kind::kInverter) {
+    at.v_s = diodes_voltage(at, x + kOwn);
+  } else if constexpr (kShape != Shape::kBare) {
+    for (const auto& slot : effects_.applied_voltage())
+      slot.effect->applied_voltage(at, x + kOwn + slot.offset, at.v_s);
+  }
   const Complex i_s = at.i.s - at.shunt.i;
   flow.dpsi_s = at.v_s - at.R.R_s * i_s;
-  if (at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(i_s);
+  if (kShape != Shape::kBare && at.R.R_s_conj != 0.0) flow.dpsi_s -= at.R.R_s_conj * std::conj(i_s);
+}
+
+void Drive::settle(const double* x, MagneticCircuit::Known* near, Flow& flow) const {
+  shaped([&](auto shape) { settle_as<shape()>(x, near, flow); });
+}
+
+void Drive::turn(const double* x, Flow& flow, Motion as) const {
+  shaped([&](auto shape) { turn_as<shape()>(x, flow, as); });
+}
+
+void Drive::connect(const double* x, Flow& flow) const {
+  shaped([&](auto shape) { connect_as<shape()>(x, flow); });
 }
 
 double Drive::pull_at_rest_Nm(const State& x) const {
@@ -289,7 +343,8 @@ double Drive::pull_at_rest_Nm(const State& x) const {
   return now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
 }
 
-[[gnu::flatten]] void Drive::rates(const double* x, Flow& now, double* dx, const double* held) const {
+template <Drive::Shape kShape>
+void Drive::rates_as(const double* x, Flow& now, double* dx, const double* held) const {
   dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
   dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
   const double torque = now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
@@ -297,6 +352,7 @@ double Drive::pull_at_rest_Nm(const State& x) const {
   dx[kSpeed] = fixed ? 0.0 : torque * per_J_;
   dx[kAngle] = now.at.w_mech;
   dx[kPsiD] = now.generator.d_psi_d, dx[kPsiQ] = now.generator.d_psi_q, dx[kPsiF] = now.generator.d_psi_f;
+  if constexpr (kShape == Shape::kBare) return;
   const bool asks_slow = !held && !effects_.slow().empty();
   if (asks_slow || effects_.quick_reads_losses()) now.at.losses = losses(now.at, x + kOwn);
   for (const auto& slot : effects_.quick()) {
@@ -312,18 +368,27 @@ double Drive::pull_at_rest_Nm(const State& x) const {
   }
 }
 
-// The innermost function of the plant: everything it calls is taken into it.
-[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx, Memory& memory) const {
-  settle(x, &memory.magnetics, memory.flow);
-  turn(x, memory.flow);
-  connect(x, memory.flow);
-  rates(x, memory.flow, dx, memory.held);
+void Drive::rates(const double* x, Flow& now, double* dx, const double* held) const {
+  shaped([&](auto shape) { rates_as<shape()>(x, now, dx, held); });
 }
 
-[[gnu::flatten]] void Drive::derivatives(const double* x, double* dx) const {
+// The innermost function of the plant: everything it calls is taken into it.
+template <Drive::Shape kShape>
+[[gnu::flatten]] void Drive::derivatives_as(const double* x, double* dx, Memory& memory) const {
+  settle_as<kShape>(x, &memory.magnetics, memory.flow);
+  turn_as<kShape>(x, memory.flow, shaft);
+  connect_as<kShape>(x, memory.flow);
+  rates_as<kShape>(x, memory.flow, dx, memory.held);
+}
+
+void Drive::derivatives(const double* x, double* dx, Memory& memory) const {
+  shaped([&](auto shape) { derivatives_as<shape()>(x, dx, memory); });
+}
+
+void Drive::derivatives(const double* x, double* dx) const {
   Flow now;
   settle(x, nullptr, now);
-  turn(x, now);
+  turn(x, now, shaft);
   connect(x, now);
   rates(x, now, dx);
 }

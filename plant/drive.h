@@ -103,12 +103,29 @@ class Drive {
     double ss, st, ts, tt;
     std::complex<double> along;
   };
+  // Which hooks are overridden: none but the shaft's drag, with a straight magnetic circuit; none that bends
+  // currents, stands beside the winding or bends the shaft; any.
+  enum class Shape { kBare, kUsual, kAny };
+  template <class F>
+  void shaped(F&& f) const;
+  template <Shape>
+  void settle_as(const double* x, MagneticCircuit::Known* near, Flow& flow) const;
+  template <Shape>
+  void turn_as(const double* x, Flow& flow, Motion as) const;
+  template <Shape>
+  void connect_as(const double* x, Flow& flow) const;
+  template <Shape>
+  void rates_as(const double* x, Flow& flow, double* dx, const double* held) const;
+  template <Shape>
+  void derivatives_as(const double* x, double* dx, Memory& memory) const;
+  template <Shape>
   void set_currents(const double* own, MagneticCircuit::Known* near, Conditions& at) const;
   Currents currents(const Conditions& at, const double* own) const;
   void turn(const double* x, Flow& flow, Motion as) const;
+  template <Shape>
   void rotor_flow(Conditions& at, const double* own) const;
   Losses losses(const Conditions& at, const double* own) const;
-  std::complex<double> stator_voltage(const Conditions& at, const double* own) const;
+  std::complex<double> diodes_voltage(const Conditions& at, const double* own) const;
   std::complex<double> holding_voltage(const Conditions& at, const double* own) const;
   std::complex<double> stator_drop(const Conditions& at) const;
   Sensitivity sensitivity(const Conditions& at, const double* own) const;
@@ -118,6 +135,7 @@ class Drive {
   Generator generator_;
   MechanicsConfig mechanics_;
   EffectSet effects_;
+  Shape shape_;
   Resistances base_;
   double sample_s_;
   double per_J_;  // 1/(kg m^2)

@@ -57,7 +57,7 @@ MagneticCircuit::Point MagneticCircuit::solve(Complex psi_s, Complex psi_r) cons
   double last = INFINITY;
   for (int round = 0; round < kMostRounds; ++round) {
     const Complex from = known.psi_m;
-    const Step next = step_from(from, known);
+    const Step next = step_from<false>(from, known);
     const double size = std::norm(next.residual);
     if (size > last) {
       step *= 0.5;
@@ -73,7 +73,7 @@ MagneticCircuit::Point MagneticCircuit::solve(Complex psi_s, Complex psi_r) cons
 MagneticCircuit::Incremental MagneticCircuit::incremental(Complex psi_s, Complex psi_r) const {
   Known known;
   known.psi_s = psi_s, known.psi_r = psi_r;
-  step_from(solve(psi_s, psi_r).psi_m, known);
+  step_from<false>(solve(psi_s, psi_r).psi_m, known);
   return incremental(known);
 }
 

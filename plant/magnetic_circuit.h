@@ -43,6 +43,7 @@ class MagneticCircuit {
     std::complex<double> psi_s, psi_r, psi_m;
     Currents i;
     Symmetric2 s, r, t, node;
+    TwoSlope::Near near_s, near_r, near_m, near_t;
     bool solved = false;
   };
 
@@ -68,8 +69,9 @@ class MagneticCircuit {
   struct Branch {
     double base = 0.0;  // 1/H
     TwoSlope extra;
-    // Its current; sets its Jacobian.
-    std::complex<double> current(std::complex<double> psi, Symmetric2& jacobian) const;
+    // Its current; sets its Jacobian. With kFollow by the curve's expansion near the last point.
+    template <bool kFollow>
+    std::complex<double> current(std::complex<double> psi, Symmetric2& jacobian, TwoSlope::Near& near) const;
     double energy(std::complex<double> psi) const;
   };
   struct Step {
@@ -78,6 +80,7 @@ class MagneticCircuit {
   };
   Incremental incremental(const Known& known) const;
   // Takes the air gap node's flux a Newton step from psi_m, and the currents by the tangents at psi_m.
+  template <bool kFollow>
   Step step_from(std::complex<double> psi_m, Known& known) const;
   std::complex<double> teeth_flux(std::complex<double> psi_s, std::complex<double> psi_m) const {
     return psi_m + share_ * (psi_s - psi_m);
@@ -90,25 +93,29 @@ class MagneticCircuit {
   double near_Wb2_ = 0.0;  // so near the tangents leave less than kFollowed_A
 };
 
-inline std::complex<double> MagneticCircuit::Branch::current(std::complex<double> psi,
-                                                             Symmetric2& jacobian) const {
+template <bool kFollow>
+std::complex<double> MagneticCircuit::Branch::current(std::complex<double> psi, Symmetric2& jacobian,
+                                                      TwoSlope::Near& near) const {
   const double x = psi.real(), y = psi.imag();
-  const TwoSlope::Tangent t = extra.none() ? TwoSlope::Tangent{} : extra.tangent(x * x + y * y);
+  TwoSlope::Tangent t{0.0, 0.0};
+  if (!extra.none()) t = kFollow ? extra.tangent(x * x + y * y, near) : extra.tangent(x * x + y * y);
   const double secant = base + t.secant;
   jacobian = {secant + t.rank * x * x, t.rank * x * y, secant + t.rank * y * y};
   return secant * psi;
 }
 
-inline MagneticCircuit::Step MagneticCircuit::step_from(std::complex<double> psi_m, Known& known) const {
+template <bool kFollow>
+MagneticCircuit::Step MagneticCircuit::step_from(std::complex<double> psi_m, Known& known) const {
   Symmetric2 m;
-  std::complex<double> residual = main_.current(psi_m, m);
-  known.i = {stator_.current(known.psi_s - psi_m, known.s), rotor_.current(known.psi_r - psi_m, known.r)};
+  std::complex<double> residual = main_.current<kFollow>(psi_m, m, known.near_m);
+  known.i = {stator_.current<kFollow>(known.psi_s - psi_m, known.s, known.near_s),
+             rotor_.current<kFollow>(known.psi_r - psi_m, known.r, known.near_r)};
   residual -= known.i.s + known.i.r;
   Symmetric2 node = known.s + known.r + m;
   std::complex<double> i_t = 0.0;
   const double c = share_, rest = 1.0 - c;
   if (!teeth_.extra.none()) {
-    i_t = teeth_.current(teeth_flux(known.psi_s, psi_m), known.t);
+    i_t = teeth_.current<kFollow>(teeth_flux(known.psi_s, psi_m), known.t, known.near_t);
     residual += rest * i_t;
     node = node + rest * rest * known.t;
   }
@@ -141,10 +148,10 @@ inline MagneticCircuit::Point MagneticCircuit::follow(std::complex<double> psi_s
   }
   known.psi_s = psi_s, known.psi_r = psi_r, known.solved = true;
   for (int round = 0; round < kMostFollowing; ++round) {
-    if (step_from(psi_m, known).size2() <= near_Wb2_) return {known.psi_m, known.i};
+    if (step_from<true>(psi_m, known).size2() <= near_Wb2_) return {known.psi_m, known.i};
     psi_m = known.psi_m;
   }
-  step_from(solve(psi_s, psi_r).psi_m, known);  // too far for Newton's method without a short step
+  step_from<false>(solve(psi_s, psi_r).psi_m, known);  // too far for Newton's method without a short step
   return {known.psi_m, known.i};
 }
 

@@ -56,6 +56,31 @@ std::vector<Fluxes> many_fluxes(int n) {
   return all;
 }
 
+TEST(TwoSlope, IsNearAPointWhatItIsThere) {
+  for (const double softness : {0.05, 0.2, 0.5, 0.7, 0.95}) {
+    const TwoSlope curve(58.0, 0.5, softness);
+    double worst_A = 0.0, worst_slope = 0.0;
+    int near_by = 0;
+    for (double x0 = 0.0; x0 < 1.5; x0 += 0.005) {
+      TwoSlope::Near near;
+      curve.tangent(x0 * x0, near);
+      for (double away = -0.1; away < 0.1; away += 2e-4) {
+        const double x2 = x0 * x0 + away;
+        TwoSlope::Near moved = near;
+        const TwoSlope::Tangent got = curve.tangent(std::max(x2, 0.0), moved);
+        if (x2 < 0.0 || moved.x2 != near.x2) continue;
+        const TwoSlope::Tangent there = curve.tangent(x2);
+        ++near_by;
+        worst_A = std::max(worst_A, std::sqrt(x2) * std::abs(got.secant - there.secant));
+        worst_slope = std::max(worst_slope, x2 * std::abs(got.rank - there.rank));
+      }
+    }
+    EXPECT_GT(near_by, 1000) << softness;
+    EXPECT_LT(worst_A, TwoSlope::kNear_A) << softness;
+    EXPECT_LT(worst_slope, 2e-4 * curve.final_slope()) << softness;
+  }
+}
+
 TEST(TwoSlope, RisesFromNoSlopeToItsFinalSlopeAndMeetsTheAxisAtTheKnee) {
   for (const double softness : {0.05, 0.4, 0.95}) {
     const TwoSlope curve(8.0, 0.5, softness);
