@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <imrig_msg/heartbeat_t.hpp>
 #include <limits>
 #include <memory>
 #include <string>
@@ -25,6 +26,7 @@ struct Options {
   std::string speed = "1";
   std::string config;
   std::string url;
+  bool followers = false;
 };
 
 double speed_of(const std::string& text) {
@@ -49,9 +51,14 @@ BusConfig bus_of(const Options& options) {
   return bus;
 }
 
+bool only_listens(const LiveProcess& p) {
+  return p.process == imrig_msg::heartbeat_t::RECORDER || p.process == imrig_msg::heartbeat_t::ESTIMATOR;
+}
+
 // A bus of its own: it is closed, with its subscription, before anything is played.
-bool somebody_lives_on(const BusConfig& config) {
-  const auto live = live_heartbeats(*open_lcm_bus(config), kListen_ms);
+bool somebody_lives_on(const BusConfig& config, bool followers) {
+  auto live = live_heartbeats(*open_lcm_bus(config), kListen_ms);
+  if (followers) std::erase_if(live, only_listens);
   if (live.empty()) return false;
   const auto& first = live.front();
   std::fprintf(stderr,
@@ -66,7 +73,7 @@ int run(const Options& options) {
   const double speed = speed_of(options.speed);
   EventLogReader log(options.log);  // a bad file is told before anything is heard or sent
   const BusConfig config = bus_of(options);
-  if (somebody_lives_on(config)) return 1;
+  if (somebody_lives_on(config, options.followers)) return 1;
   const auto bus = open_lcm_player(config);
   std::signal(SIGINT, ask_stop);
   std::signal(SIGTERM, ask_stop);
@@ -92,6 +99,8 @@ void add_replay(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--config", options->config, "rig.toml, for the bus");
   verb->add_option("--url", options->url, "LCM URL, before the configuration's");
+  verb->add_flag("--followers", options->followers,
+                 "recorder and estimator may be alive there: they only listen");
   verb->callback([options, &exit_code] { exit_code = run(*options); });
 }
 

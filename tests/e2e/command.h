@@ -24,6 +24,7 @@ class Background {
   Background& operator=(const Background&) = delete;
   int stop();  // exit code
   bool running() const;
+  int pid() const { return pid_; }
 
  private:
   int pid_ = -1;

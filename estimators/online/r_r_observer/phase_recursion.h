@@ -17,8 +17,8 @@ class PhaseRecursion {
   void restart() { *this = {}; }
   // Vectors of the same instant, neither zero.
   void take(std::complex<double> v, std::complex<double> i) {
-    const double I = std::abs(i);
-    const double sine = i.imag() / I, cosine = i.real() / I, y = v.imag() / std::abs(v);
+    const double I = std::sqrt(std::norm(i));
+    const double sine = i.imag() / I, cosine = i.real() / I, y = v.imag() / std::sqrt(std::norm(v));
     p_11_ += sine * sine;
     p_12_ += sine * cosine;
     p_22_ += cosine * cosine;

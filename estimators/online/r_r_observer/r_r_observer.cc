@@ -65,7 +65,7 @@ void RotorObserver::begin() {
 }
 
 void RotorObserver::count_crossings(std::complex<double> i) {
-  const double I = std::abs(i);
+  const double I = std::sqrt(std::norm(i));
   level_A_ += level_A_ > 0.0 ? (I - level_A_) * (config_.sample_time_s / kLevel_s) : I;
   along_.set_threshold(ZeroCrossings::kHysteresis * level_A_);
   across_.set_threshold(ZeroCrossings::kHysteresis * level_A_);
@@ -95,7 +95,7 @@ std::optional<RotorEstimate> RotorObserver::take(std::complex<double> v, std::co
     begin();
     return std::nullopt;
   }
-  const double V = std::abs(v), I = std::abs(i_f);
+  const double V = std::sqrt(std::norm(v)), I = std::sqrt(std::norm(i_f));
   if (V > 0.0 && I > 0.0) phase_.take(v, i_f);
   sums_.V += V;
   sums_.V2 += V * V;
