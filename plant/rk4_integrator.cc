@@ -18,6 +18,15 @@ void mean(std::size_t n, const double* __restrict k1, const double* __restrict k
   for (std::size_t k = 0; k < n; ++k) to[k] = x[k] + sixth * (k1[k] + 2.0 * (k2[k] + k3[k]) + k4[k]);
 }
 
+// apart(k): what two rates of state k differ by.
+template <class Apart>
+bool bends(double h, const Apart& apart) {
+  const auto of = [&](std::size_t k) { return std::abs(apart(k)); };
+  return h * (of(kPsiS) + of(kPsiS + 1)) > Rk4Integrator::kBendStator_Wb ||
+         h * (of(kPsiR) + of(kPsiR + 1)) > Rk4Integrator::kBendRotor_Wb ||
+         h * of(kSpeed) > Rk4Integrator::kBend_rad_s;
+}
+
 }  // namespace
 
 // With the gates off diodes hold currents at exactly zero, which takes the currents to the last bit.
@@ -75,23 +84,16 @@ void Rk4Integrator::advance(State& x, double h, bool /*fresh*/) {
   step(x, k1, h, 0);
 }
 
-bool Rk4Integrator::bends(double h, const State& a, const State& b) const {
-  const auto apart = [&](std::size_t k) { return h * std::abs(a[k] - b[k]); };
-  return apart(kPsiS) + apart(kPsiS + 1) > kBendStator_Wb ||
-         apart(kPsiR) + apart(kPsiR + 1) > kBendRotor_Wb || apart(kSpeed) > kBend_rad_s;
-}
-
 // Whether the step may stand: the rates that make it are then in k2_, k3_, k4_.
 bool Rk4Integrator::smooth(const State& x, const State& k1, double h, bool must) {
   memory_.held = nullptr;
   stage(x, 0.5 * h, k1, k2_);
   memory_.held = k2_.data();
   stage(x, 0.5 * h, k2_, k3_);
-  if (!must && bends(h / 3.0, k2_, k3_)) return false;
+  if (!must && bends(h / 3.0, [&](std::size_t k) { return k2_[k] - k3_[k]; })) return false;
   stage(x, h, k3_, k4_);
   if (must) return true;
-  for (std::size_t k = 0; k <= kSpeed; ++k) at_[k] = k2_[k] + k3_[k] - k1[k];
-  return !bends(h / 6.0, k4_, at_);
+  return !bends(h / 6.0, [&](std::size_t k) { return k1[k] - k2_[k] - k3_[k] + k4_[k]; });
 }
 
 // A stretch between two switching instants so short that the midpoint's rate is enough.

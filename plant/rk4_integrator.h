@@ -35,7 +35,6 @@ class Rk4Integrator final : public Integrator {
   void step(State& x, const State& k1, double h, int halvings);
   bool smooth(const State& x, const State& k1, double h, bool must);
   void midpoint(State& x, const State& k1, double h);
-  bool bends(double h, const State& a, const State& b) const;
   bool followed() const;
   bool settled(const State& x) const;
 
