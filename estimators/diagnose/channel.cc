@@ -13,6 +13,17 @@ void add_value(ChannelResult& channel, double error2, double signal2, double var
   ++channel.values;
 }
 
+void add_sums(ChannelResult& channel, const ChannelResult& more) {
+  const bool first = channel.values == 0;
+  channel.unit = more.unit;
+  channel.error2 += more.error2;
+  channel.signal2 += more.signal2;
+  channel.noise2 = (first ? 0.0 : channel.noise2) + more.noise2;
+  channel.chi2 = (first ? 0.0 : channel.chi2) + more.chi2;
+  channel.values += more.values;
+  channel.dof += more.dof;
+}
+
 void finish(ChannelResult& channel) {
   if (channel.values == 0) return;
   channel.rmse = std::sqrt(channel.error2 / static_cast<double>(channel.values));

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimators/diagnose/compare_points.h"
 #include "estimators/diagnose/compare_series.h"
+#include "estimators/diagnose/data_reach.h"
 #include "estimators/diagnose/repeat_floor.h"
 #include "estimators/model/model.h"
 #include "rig/base/error.h"
@@ -86,6 +88,27 @@ void apply_repeats(const std::map<std::string, std::vector<std::size_t>>& groups
   }
 }
 
+// Enough stretches in all to see where a single log fails, few enough of each of many records.
+std::size_t stretches_each(const DataSet& data) {
+  const std::size_t records = std::max<std::size_t>(1, data.records.size());
+  return std::clamp<std::size_t>(400 / records, 8, 200);
+}
+
+void say_where(std::uint64_t seed, CompareResult& result) {
+  std::vector<std::pair<std::string, const RecordLines*>> lines;
+  for (const bool points : {false, true}) {
+    std::vector<const std::vector<Stretch>*> stretches;
+    for (const ComparedRecord& record : result.records) {
+      if ((record.kind == RecordKind::kPoints) == points && !record.stretches.empty())
+        stretches.push_back(&record.stretches);
+    }
+    if (!stretches.empty())
+      result.maps.push_back(failure_map(stretches, points ? "points" : "time series", seed));
+  }
+  for (const ComparedRecord& record : result.records) lines.push_back({record.id, &record.lines});
+  result.spectrum = order_spectrum(lines);
+}
+
 PooledResult pooled(const std::vector<ComparedRecord>& records, bool holdout) {
   PooledResult out;
   double error2 = 0.0, signal2 = 0.0, known_signal2 = 0.0, noise2 = 0.0, chi2 = 0.0, dof = 0.0;
@@ -145,8 +168,12 @@ CompareResult compare(const Model& model, const DataSet& data, const CompareOpti
                     model.delta ? "delta" : "star", data.delta ? "delta" : "star"));
   }
   const auto groups = repeats_of(data);
-  const auto kept = compare_records(prediction, data, options, groups, result);
+  CompareOptions wanted = options;
+  if (wanted.stretches == 0) wanted.stretches = stretches_each(data);
+  const auto kept = compare_records(prediction, data, wanted, groups, result);
   apply_repeats(groups, kept, result);
+  say_where(options.shuffle_seed, result);
+  result.reach = data_reach(data, result);
   result.fitted = pooled(result.records, false);
   result.holdout = pooled(result.records, true);
   tell(data, result);

@@ -17,29 +17,15 @@
 #include <string>
 #include <vector>
 
+#include "estimators/diagnose/channel.h"
+#include "estimators/diagnose/failure_map.h"
+#include "estimators/diagnose/order_spectrum.h"
 #include "rig/data/conditions.h"
 #include "rig/data/record.h"
 
 namespace imrig::est {
 
 struct Model;
-
-// Channels: current_A (space vector, peak; of points: line, rms), input_power_W; of points also power_factor,
-// torque_Nm (shaft) and output_power_W, where the table has them.
-struct ChannelResult {
-  double rmse = kMissing;
-  double nrmse = kMissing;
-  double chi2_per_dof = kMissing;
-  double floor = kMissing;
-  std::string unit;
-  // What pooling needs: sums over the values compared, in the unit squared.
-  double error2 = 0.0;
-  double signal2 = 0.0;
-  double noise2 = kMissing;  // expected of error2 from noise alone
-  double chi2 = kMissing;
-  std::size_t values = 0;  // samples or points
-  double dof = 0.0;        // real values less the initial states estimated
-};
 
 // Measured beside predicted at one point; NaN where the table has no value.
 struct PointResult {
@@ -63,9 +49,11 @@ struct ComparedRecord {
   RecordKind kind = RecordKind::kFree;
   bool holdout = false;
   Conditions conditions;
-  std::map<std::string, ChannelResult> channels;
+  Channels channels;
   std::vector<PointResult> points;
+  std::vector<Stretch> stretches;  // of a table: its points
   Overlay overlay;
+  RecordLines lines;       // empty for tables
   std::string left_out;    // why this record was not compared; empty if it was
   std::string floor_from;  // "repeats", "declared noise" or "" where it is not known
 };
@@ -82,12 +70,17 @@ struct CompareResult {
   std::string model_name, data_name;
   std::vector<ComparedRecord> records;  // in the data set's order
   PooledResult fitted, holdout;
+  std::vector<FailureMap> maps;    // of time series, of tables
+  OrderSpectrum spectrum;          // no line without time series
+  std::vector<std::string> reach;  // what these data cannot reveal, whatever the model
   std::vector<std::string> notes;
 };
 
 struct CompareOptions {
   int noise_draws = 8;           // seeded voltage and speed noise passed through the model
   std::uint64_t noise_seed = 1;  // same input, same bits
+  std::uint64_t shuffle_seed = 1;
+  std::size_t stretches = 0;  // most of one record; 0: by the number of records
 };
 
 // A record that the model cannot judge is kept with its reason in left_out. Throws Error: pole pairs differ,

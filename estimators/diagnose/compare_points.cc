@@ -70,6 +70,7 @@ void compare_points(const ModelPrediction& model, const DataSet& data, const Rec
     const SteadyPoint predicted = model.point(measured);
     const InputNoise inputs(model, data.noise, measured);
     PointResult point;
+    Stretch stretch;
     point.conditions = conditions_of(measured, data.pole_pairs, model.machine().R_s);
     for (const auto& channel : kChannels) {
       const double m = measured.*channel.place, p = predicted.*channel.place;
@@ -78,11 +79,16 @@ void compare_points(const ModelPrediction& model, const DataSet& data, const Rec
       const double variance =
           square(own_sigma(channel, data.noise, measured)) + inputs.variance(channel.place);
       const double scale2 = square(channel.scale);
-      ChannelResult& sums = out.channels[channel.name];
-      sums.unit = channel.unit;
-      sums.dof += 1.0;
-      add_value(sums, scale2 * square(m - p), scale2 * square(m), scale2 * variance);
+      ChannelResult one;
+      one.unit = channel.unit;
+      one.dof = 1.0;
+      add_value(one, scale2 * square(m - p), scale2 * square(m), scale2 * variance);
+      add_sums(out.channels[channel.name], one);
+      stretch.channels[channel.name] = one;
+      stretch.signed_errors.push_back({channel.name, "", channel.scale * (m - p)});
     }
+    stretch.conditions = point.conditions;
+    out.stretches.push_back(std::move(stretch));
     out.points.push_back(std::move(point));
   }
   for (auto& [name, channel] : out.channels) finish(channel);

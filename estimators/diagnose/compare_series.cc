@@ -16,6 +16,7 @@ namespace {
 constexpr double kInitialStates = 4.0;  // two complex fluxes, estimated from the current
 constexpr std::size_t kOverlaySamples = 1200;
 constexpr double kSamplesPerPeriod = 20.0;
+constexpr double kShortestStretch_s = 0.05;
 
 double square(double x) { return x * x; }
 
@@ -45,36 +46,44 @@ std::uint64_t seed_of(const TimeSeries& series, std::uint64_t seed) {
 struct PassedNoise {
   double current2 = 0.0;  // of |i|, mean over the samples
   std::vector<double> power2;
+  std::vector<double> lines2;  // of the error's lines
 };
 
 PassedNoise passed_noise(const MachineParameters<double>& machine, const DataSet& data,
-                         const TimeSeries& series, const CompareOptions& options) {
+                         const TimeSeries& series, const CompareOptions& options, const LineProbe& probe) {
   PassedNoise out;
   const CurrentPrediction clean = predict_current(machine, data.pole_pairs, series);
   const std::size_t n = clean.predicted.size();
   out.power2.assign(n, 0.0);
+  out.lines2.assign(line_kinds().size(), 0.0);
   if (std::isnan(data.noise.voltage_V) && std::isnan(data.noise.speed_rad_s)) return out;
   std::mt19937_64 random(seed_of(series, options.noise_seed));
   const double weight = 1.0 / std::max(1, options.noise_draws);
   for (int draw = 0; draw < options.noise_draws; ++draw) {
     const auto moved = predict_current(machine, data.pole_pairs, disturbed(series, data.noise, random));
+    std::vector<std::complex<double>> shifts(n);
     for (std::size_t k = 0; k < n; ++k) {
       const auto shift = moved.predicted[k] - clean.predicted[k];
+      shifts[k] = shift;
       out.current2 += weight * std::norm(shift) / static_cast<double>(n);
       out.power2[k] += weight * square(power_W(series.v[clean.first + k], shift));
     }
+    const std::vector<double> lines2 = probe.powers(shifts);
+    for (std::size_t k = 0; k < lines2.size(); ++k) out.lines2[k] += weight * lines2[k];
   }
   return out;
 }
 
-void add_channels(const DataSet& data, const TimeSeries& series, const CurrentPrediction& p,
-                  const PassedNoise& passed, ComparedRecord& out) {
-  ChannelResult& current = out.channels["current_A"];
-  ChannelResult& power = out.channels["input_power_W"];
+// Of samples begin to end of the prediction; initial_states: real values that were estimated from them.
+Channels channels_of(const DataSet& data, const TimeSeries& series, const CurrentPrediction& p,
+                     const PassedNoise& passed, std::size_t begin, std::size_t end, double initial_states) {
+  Channels out;
+  ChannelResult& current = out["current_A"];
+  ChannelResult& power = out["input_power_W"];
   current.unit = std::string("A");
   power.unit = std::string("W");
   const double sigma2 = square(data.noise.current_A * p.noise_gain);  // of each component
-  for (std::size_t k = 0; k < p.measured.size(); ++k) {
+  for (std::size_t k = begin; k < end; ++k) {
     const auto error = p.measured[k] - p.predicted[k];
     const SpaceVector v = series.v[p.first + k];
     add_value(current, std::norm(error), std::norm(p.measured[k]), 2.0 * sigma2 + passed.current2);
@@ -83,13 +92,75 @@ void add_channels(const DataSet& data, const TimeSeries& series, const CurrentPr
   }
   // Two real values a sample, one variance for their sum.
   current.chi2 *= 2.0;
-  current.dof = 2.0 * static_cast<double>(current.values) - kInitialStates;
+  current.dof = 2.0 * static_cast<double>(current.values) - initial_states;
   // Where the voltage passes through zero, power says nothing, and its chi2 is that of the mean.
   power.chi2 = power.error2 / power.noise2 * static_cast<double>(power.values);
-  power.dof = static_cast<double>(power.values) - kInitialStates;
+  power.dof = static_cast<double>(power.values) - initial_states;
   finish(current);
   finish(power);
-  if (!std::isnan(current.floor)) out.floor_from = "declared noise";
+  return out;
+}
+
+// As many stretches as conditions may differ in, none shorter than two periods or a twentieth of a second.
+std::size_t stretch_length(const CurrentPrediction& p, const TimeSeries& series, double f_Hz,
+                           std::size_t most) {
+  const double shortest_s = std::fmax(kShortestStretch_s, 2.0 / std::abs(f_Hz));
+  const auto shortest = static_cast<std::size_t>(std::ceil(shortest_s / series.sample_time_s));
+  const std::size_t count =
+      std::clamp<std::size_t>(p.measured.size() / std::max<std::size_t>(1, shortest), 1, most);
+  return (p.measured.size() + count - 1) / count;
+}
+
+Record piece(const Record& record, std::size_t begin, std::size_t end) {
+  Record out;
+  out.kind = record.kind;
+  const TimeSeries& s = record.series;
+  const auto cut = [&](const auto& from, auto& to) {
+    using Offset = std::ptrdiff_t;
+    if (!from.empty())
+      to.assign(from.begin() + static_cast<Offset>(begin), from.begin() + static_cast<Offset>(end));
+  };
+  out.series.sample_time_s = s.sample_time_s;
+  cut(s.v, out.series.v);
+  cut(s.i, out.series.i);
+  cut(s.speed_rad_s, out.series.speed_rad_s);
+  cut(s.torque_Nm, out.series.torque_Nm);
+  cut(s.stator_C, out.series.stator_C);
+  return out;
+}
+
+std::vector<Stretch> stretches_of(const ModelPrediction& model, const DataSet& data, const Record& record,
+                                  const CurrentPrediction& p, const PassedNoise& passed,
+                                  const CompareOptions& options, const ComparedRecord& whole) {
+  const TimeSeries& series = record.series;
+  const std::size_t all = p.measured.size();
+  const std::size_t length = stretch_length(p, series, whole.conditions.f_Hz, options.stretches);
+  std::vector<Stretch> out;
+  for (std::size_t begin = 0; begin < all; begin += length) {
+    const std::size_t end = std::min(all, begin + length);
+    Stretch s;
+    s.conditions =
+        conditions_of(piece(record, p.first + begin, p.first + end), data.pole_pairs, model.machine().R_s);
+    if (whole.conditions.f_Hz == 0.0) {  // so short a stretch of DC drifts by chance
+      s.conditions.f_Hz = 0.0;
+      s.conditions.slip = s.conditions.psi_Wb = kMissing;
+    }
+    s.time_s = series.sample_time_s * (static_cast<double>(series.first_index) +
+                                       static_cast<double>(p.first) + 0.5 * static_cast<double>(begin + end));
+    const double share = static_cast<double>(end - begin) / static_cast<double>(all);
+    s.channels = channels_of(data, series, p, passed, begin, end, kInitialStates * share);
+    std::complex<double> along{};
+    double v2 = 0.0;
+    for (std::size_t k = begin; k < end; ++k) {
+      const SpaceVector v = series.v[p.first + k];
+      along += (p.measured[k] - p.predicted[k]) * std::conj(v);
+      v2 += std::norm(v);
+    }
+    const std::complex<double> mean = along / std::sqrt(v2 * static_cast<double>(end - begin));
+    s.signed_errors = {{"current_A", "active", mean.real()}, {"current_A", "reactive", -mean.imag()}};
+    out.push_back(std::move(s));
+  }
+  return out;
 }
 
 std::size_t stride_of(std::size_t samples, double f_Hz, double sample_time_s) {
@@ -129,6 +200,12 @@ Overlay overlay_of(const CurrentPrediction& p, const TimeSeries& series, double 
   return out;
 }
 
+std::vector<std::complex<double>> errors_of(const CurrentPrediction& p) {
+  std::vector<std::complex<double>> out;
+  for (std::size_t k = 0; k < p.measured.size(); ++k) out.push_back(p.measured[k] - p.predicted[k]);
+  return out;
+}
+
 Residual residual_of(const CurrentPrediction& p, const TimeSeries& series) {
   Residual out;
   out.first = p.first;
@@ -147,10 +224,16 @@ Residual residual_of(const CurrentPrediction& p, const TimeSeries& series) {
 
 Residual compare_series(const ModelPrediction& model, const DataSet& data, const Record& record,
                         const CompareOptions& options, ComparedRecord& out) {
-  const CurrentPrediction p = model.current(record.series);
-  add_channels(data, record.series, p, passed_noise(model.machine(), data, record.series, options), out);
-  out.overlay = overlay_of(p, record.series, out.conditions.f_Hz);
-  return residual_of(p, record.series);
+  const TimeSeries& series = record.series;
+  const CurrentPrediction p = model.current(series);
+  const LineProbe probe(series, p.first, p.measured.size(), out.conditions.f_Hz, data.pole_pairs);
+  const PassedNoise passed = passed_noise(model.machine(), data, series, options, probe);
+  out.channels = channels_of(data, series, p, passed, 0, p.measured.size(), kInitialStates);
+  if (!std::isnan(out.channels["current_A"].floor)) out.floor_from = "declared noise";
+  out.stretches = stretches_of(model, data, record, p, passed, options, out);
+  out.lines = probe.lines(errors_of(p), 2.0 * square(data.noise.current_A), passed.lines2);
+  out.overlay = overlay_of(p, series, out.conditions.f_Hz);
+  return residual_of(p, series);
 }
 
 }  // namespace imrig::est

@@ -51,6 +51,10 @@ void set_floor_from_repeats(const std::vector<const Residual*>& residuals,
   for (auto* record : records) {
     set_floor(record->channels["current_A"], current2, 2.0);
     set_floor(record->channels["input_power_W"], power2, 1.0);
+    for (Stretch& stretch : record->stretches) {
+      set_floor(stretch.channels["current_A"], current2, 2.0);
+      set_floor(stretch.channels["input_power_W"], power2, 1.0);
+    }
     record->floor_from = "repeats";
   }
 }

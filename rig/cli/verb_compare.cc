@@ -9,6 +9,7 @@
 #include "estimators/diagnose/compare_json.h"
 #include "estimators/model/model_file.h"
 #include "rig/cli/channel_scale.h"
+#include "rig/cli/compare_text.h"
 #include "rig/cli/load_data.h"
 #include "rig/cli/report/report.h"
 #include "rig/cli/text_table.h"
@@ -91,14 +92,19 @@ void print_text(const est::CompareResult& result) {
   for (const auto& record : result.records) {
     if (!record.points.empty()) print_points(record);
   }
+  for (const auto& map : result.maps) print_map(map);
+  print_lines(result.spectrum);
   fmt::print("\n");
   print_pooled("fitted", result.fitted);
   print_pooled("hold-out", result.holdout);
+  print_worst(result);
   for (const auto& record : result.records) {
     if (!record.left_out.empty())
       fmt::print("left out: {}: {}\n", printable(record.id), printable(record.left_out));
   }
   for (const auto& note : result.notes) fmt::print("note: {}\n", printable(note));
+  if (!result.reach.empty()) fmt::print("what these data cannot reveal:\n");
+  for (const auto& sentence : result.reach) fmt::print("  {}\n", printable(sentence));
 }
 
 void run(const Options& options) {

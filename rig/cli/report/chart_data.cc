@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/diagnose/worst_records.h"
+#include "rig/cli/compare_text.h"
 #include "rig/cli/json_number.h"
 
 namespace imrig {
 
 namespace {
 
-constexpr std::size_t kOverlays = 4;
 constexpr std::size_t kMaxBars = 600;
 
 // Rounded for the page: what a screen can show.
@@ -24,30 +25,52 @@ const est::ChannelResult* current_of(const est::ComparedRecord& record) {
   return record.left_out.empty() && found != record.channels.end() ? &found->second : nullptr;
 }
 
-Json conditions(const Conditions& c) {
-  return {
-      {"f_Hz", rounded(c.f_Hz)},     {"slip", rounded(100.0 * c.slip)},   {"i_A", rounded(c.i_A)},
-      {"psi_Wb", rounded(c.psi_Wb)}, {"torque_Nm", rounded(c.torque_Nm)}, {"stator_C", rounded(c.stator_C)}};
+// Error of each bin over every condition that varies, channel by channel: what the heat map and the steps
+// over the dots show.
+Json map_data(const est::FailureMap& map) {
+  Json out = {{"from", map.from}, {"shuffled", map.shuffled}, {"conditions", Json::array()}};
+  for (const auto& condition : map.conditions) {
+    if (condition.bins.size() < 2) continue;
+    const ShownCondition words = shown_condition(condition.name);
+    Json bins = Json::array();
+    for (const auto& bin : condition.bins) {
+      Json channels = Json::object();
+      for (const auto& [name, c] : bin.channels)
+        channels[name] = {{"error", rounded(100.0 * c.nrmse)}, {"chi2", rounded(c.chi2_per_dof)}};
+      bins.push_back({{"low", rounded(words.scale * bin.low)},
+                      {"high", rounded(words.scale * bin.high)},
+                      {"text", shown_bin(condition.name, bin)},
+                      {"stretches", bin.stretches},
+                      {"records", bin.records},
+                      {"channels", channels}});
+    }
+    out["conditions"].push_back({{"name", condition.name},
+                                 {"text", words.text},
+                                 {"p", rounded(condition.p_value)},
+                                 {"share", rounded(100.0 * condition.share)},
+                                 {"channel", condition.channel},
+                                 {"bins", bins}});
+  }
+  return out;
 }
 
-// One dot per record, or per point of a table: error in per cent, signed for points (positive: the model
-// draws more).
-void add_dots(const est::ComparedRecord& record, Json& dots) {
-  const auto add = [&](double error_percent, double over_floor, const Conditions& at) {
-    dots.push_back({{"id", record.id},
-                    {"holdout", record.holdout},
-                    {"error", rounded(error_percent)},
-                    {"over_floor", rounded(over_floor)},
-                    {"at", conditions(at)}});
-  };
-  for (const auto& point : record.points) {
-    const auto found = point.channels.find("current_A");
-    if (found == point.channels.end() || std::isnan(found->second.measured)) continue;
-    add(100.0 * (found->second.predicted / found->second.measured - 1.0), kMissing, point.conditions);
+// Spectrum of one record: largest amplitude in each step of frequency, and the lines looked at.
+Json spectrum_data(const est::ComparedRecord& record) {
+  Json curve = Json::array(), lines = Json::array();
+  const est::RecordLines& own = record.lines;
+  for (std::size_t k = 0; k < own.f_Hz.size(); ++k)
+    curve.push_back({{"x", rounded(own.f_Hz[k])}, {"y", rounded(own.amplitude_A[k])}});
+  for (std::size_t k = 0; k < own.lines.size(); ++k) {
+    const est::RecordLine& line = own.lines[k];
+    if (std::isnan(line.amplitude_A)) continue;
+    lines.push_back({{"x", rounded(line.f_Hz)},
+                     {"y", rounded(line.amplitude_A)},
+                     {"noise", rounded(line.noise_A)},
+                     {"over", rounded(line.over_noise())},
+                     {"name", est::line_kinds()[k].name},
+                     {"hint", est::line_kinds()[k].hint}});
   }
-  const auto* current = current_of(record);
-  if (current == nullptr || !record.points.empty()) return;
-  add(100.0 * current->nrmse, current->nrmse / current->floor, record.conditions);
+  return {{"id", record.id}, {"curve", curve}, {"lines", lines}};
 }
 
 Json overlay(const est::ComparedRecord& record) {
@@ -60,27 +83,6 @@ Json overlay(const est::ComparedRecord& record) {
     error.push_back(rounded(m - p));
   }
   return {{"id", record.id}, {"t", t}, {"measured", measured}, {"model", model}, {"error", error}};
-}
-
-// Farthest above its floor first; where a floor is not known, the larger relative error.
-Json overlays(const est::CompareResult& result) {
-  std::vector<std::pair<double, const est::ComparedRecord*>> worst;
-  bool floors = true;
-  for (const auto& record : result.records) {
-    const auto* current = current_of(record);
-    if (current == nullptr || record.overlay.t_s.empty()) continue;
-    floors = floors && !std::isnan(current->floor);
-    worst.push_back({current->nrmse, &record});
-  }
-  if (floors) {
-    for (auto& [badness, record] : worst) badness /= current_of(*record)->floor;
-  }
-  std::stable_sort(worst.begin(), worst.end(),
-                   [](const auto& a, const auto& b) { return a.first > b.first; });
-  Json out = Json::array();
-  for (std::size_t k = 0; k < std::min(kOverlays, worst.size()); ++k)
-    out.push_back(overlay(*worst[k].second));
-  return out;
 }
 
 Json tables(const est::CompareResult& result) {
@@ -103,11 +105,16 @@ Json tables(const est::CompareResult& result) {
 
 std::string chart_data(const est::CompareResult& result) {
   Json out = {{"bars", Json::array()},
-              {"dots", Json::array()},
-              {"overlays", overlays(result)},
+              {"maps", Json::array()},
+              {"spectra", Json::array()},
+              {"overlays", Json::array()},
               {"tables", tables(result)}};
+  for (const auto& map : result.maps) out["maps"].push_back(map_data(map));
+  for (const auto* record : est::worst_records(result, est::kOverlays)) {
+    out["overlays"].push_back(overlay(*record));
+    if (!record->lines.f_Hz.empty()) out["spectra"].push_back(spectrum_data(*record));
+  }
   for (const auto& record : result.records) {
-    add_dots(record, out["dots"]);
     const auto* current = current_of(record);
     if (current == nullptr || out["bars"].size() >= kMaxBars) continue;
     out["bars"].push_back({{"id", record.id},

@@ -104,6 +104,24 @@ std::string points_table(const est::ComparedRecord& record) {
                     rows);
 }
 
+std::string lines_table(const est::OrderSpectrum& spectrum) {
+  if (spectrum.lines.empty()) return "";
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& line : spectrum.lines) {
+    rows.push_back({line.kind.name, line.kind.order,
+                    std::to_string(line.seen) + " of " + std::to_string(line.records),
+                    shown(line.amplitude_A, 3), shown(line.over_noise, 3), line.worst_record,
+                    shown(line.worst.f_Hz, 4), line.kind.hint});
+  }
+  return "<h2>Orders</h2>\n<p>Lines of the current error in all records: f is the supply, s the slip, f_r "
+         "the shaft's "
+         "turns; a record too short to tell a line from its neighbour does not count.</p>\n" +
+         html_table({"<line at", "<as seen in power and torque", "seen in", "size A",
+                     spectrum.noise_known ? "times noise" : "times what lies beside", "<worst in", "at Hz",
+                     "<points to"},
+                    rows);
+}
+
 std::string remarks(const est::CompareResult& result) {
   std::string out;
   for (const auto& record : result.records) {
@@ -111,6 +129,8 @@ std::string remarks(const est::CompareResult& result) {
       out += "<li>" + escaped(record.id + " was not compared: " + record.left_out) + "</li>\n";
   }
   for (const auto& note : result.notes) out += "<li>" + escaped(note) + "</li>\n";
+  for (const auto& sentence : result.reach)
+    out += "<li>These data cannot reveal: " + escaped(sentence) + "</li>\n";
   return out.empty() ? "" : "<h2>Remarks</h2>\n<ul>\n" + out + "</ul>\n";
 }
 
@@ -134,7 +154,7 @@ std::string report_html(const est::Model& model, const est::CompareResult& resul
   out +=
       "<h2>Records</h2>\n<p>Error and floor are rms over the signal's rms. The floor is what measurement "
       "noise alone would leave.</p>\n";
-  out += records_table(result) + remarks(result) + "</main>\n";
+  out += records_table(result) + lines_table(result.spectrum) + remarks(result) + "</main>\n";
   out += "<script type=\"application/json\" id=\"data\">" + escaped_json(chart_data(result)) + "</script>\n";
   out += "<script>" + std::string(kChartJs) + "</script>\n<script>\n" + std::string(kReportScript) +
          "</script>\n</body>\n</html>\n";

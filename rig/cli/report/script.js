@@ -63,34 +63,97 @@
     }, true);
   }
 
-  // A condition that hardly varies says nothing.
-  function varies(name) {
-    const values = data.dots.map((dot) => dot.at[name]).filter((x) => x !== null);
-    if (values.length < 2) return false;
-    const low = Math.min(...values), high = Math.max(...values);
-    return high - low > 0.02 * Math.max(Math.abs(low), Math.abs(high));
+  const channels = { current_A: 'current', input_power_W: 'input power', power_factor: 'power factor', torque_Nm: 'torque', output_power_W: 'output power' };
+  const chance = (p) => (p === null ? '' : p < 0.001 ? ', p < 0.001' : ', p = ' + p.toPrecision(2));
+
+  // One card a condition: a bar for each bin of it, in the channel whose error depends on it most.
+  function maps() {
+    for (const map of data.maps) {
+      if (map.conditions.length === 0) continue;
+      const stretches = map.from === 'points' ? 'points' : 'stretches';
+      const grid = section('Where the model fails: ' + map.from,
+        'Error in bins of each operating condition that these data vary, by share of the variation that it explains. p: chance that shuffled conditions do as well, over all conditions'
+        + (map.shuffled ? ' (what was shuffled: ' + map.shuffled + ').' : '; too few ' + stretches + ' here to tell.'));
+      for (const condition of [...map.conditions].sort((a, b) => b.share - a.share)) {
+        const of = (bin) => bin.channels[condition.channel] || { error: null, chi2: null };
+        const byNoise = condition.bins.every((bin) => of(bin).chi2 !== null);
+        chart(grid, condition.text + chance(condition.p), {
+          type: 'bar',
+          data: {
+            labels: condition.bins.map((bin) => bin.text),
+            datasets: [{ data: condition.bins.map((bin) => of(bin).error), backgroundColor: condition.p !== null && condition.p < 0.05 ? colour.model : colour.bar }]
+          },
+          options: {
+            scales: { x: axis(condition.text, { grid: { display: false } }), y: axis(channels[condition.channel] + ' error, %', { beginAtZero: true }) },
+            plugins: {
+              legend: { display: false },
+              tooltip: { callbacks: { afterLabel: (item) => {
+                const bin = condition.bins[item.dataIndex];
+                return (byNoise ? 'chi2/dof ' + of(bin).chi2 + ', ' : '') + bin.stretches + ' ' + stretches + ' of ' + bin.records + ' records';
+              } } }
+            }
+          }
+        });
+      }
+      heat(map);
+    }
   }
 
-  function dots() {
-    const names = { f_Hz: 'frequency, Hz', slip: 'slip, %', i_A: 'current, A peak', psi_Wb: 'stator flux, Wb', torque_Nm: 'torque, Nm', stator_C: 'stator temperature, °C' };
-    const shown = Object.keys(names).filter(varies);
-    if (shown.length === 0) return;
-    // Noise alone makes the relative error of small signals large, so the floor is the better measure where it is known.
-    const byFloor = data.dots.every((dot) => dot.over_floor !== null);
-    const unit = byFloor ? 'error over noise floor' : 'error, %';
-    const grid = section('Where the model fails', byFloor
-      ? 'Current error of each record over its own noise floor, against the operating conditions: 1 is noise alone.'
-      : 'Current error in per cent over the operating conditions; one dot is one record (rms), or one point of a table (positive: the model draws more).');
-    for (const name of shown) {
-      const series = (holdout) => data.dots.filter((dot) => dot.holdout === holdout && dot.at[name] !== null)
-        .map((dot) => ({ x: dot.at[name], y: byFloor ? dot.over_floor : dot.error, id: dot.id }));
-      const datasets = [{ label: 'fitted', data: series(false), backgroundColor: colour.error, pointRadius: 4 }];
-      if (data.dots.some((dot) => dot.holdout)) datasets.push({ label: 'hold-out', data: series(true), backgroundColor: colour.holdout, pointRadius: 5, pointStyle: 'rectRot' });
-      chart(grid, 'Error over ' + names[name].split(',')[0], {
-        type: 'scatter', data: { datasets: datasets },
+  // The same as a table, every channel: cells the redder, the larger the error within its channel.
+  function heat(map) {
+    const wide = document.createElement('div');
+    wide.className = 'wide';
+    const table = document.createElement('table');
+    wide.append(table);
+    const row = (cells, tag) => {
+      const line = document.createElement('tr');
+      for (const cell of cells) {
+        const box = document.createElement(tag);
+        box.textContent = cell.text;
+        if (cell.left) box.className = 'left';
+        if (cell.red !== undefined) box.style.background = 'rgba(232, 89, 12, ' + (0.65 * cell.red).toFixed(3) + ')';
+        line.append(box);
+      }
+      table.append(line);
+    };
+    const names = Object.keys(channels).filter((name) => map.conditions.some((c) => c.bins.some((bin) => bin.channels[name])));
+    const largest = {};
+    for (const name of names) {
+      largest[name] = Math.max(...map.conditions.flatMap((c) => c.bins.map((bin) => (bin.channels[name] || {}).error || 0)));
+    }
+    row([{ text: 'condition', left: true }, { text: 'from to', left: true }, { text: map.from === 'points' ? 'points' : 'stretches' }, { text: 'records' }]
+      .concat(names.flatMap((name) => [{ text: channels[name] + ' %' }, { text: 'chi2/dof' }])), 'th');
+    for (const condition of map.conditions) {
+      condition.bins.forEach((bin, k) => {
+        const figures = names.flatMap((name) => {
+          const c = bin.channels[name] || { error: null, chi2: null };
+          const text = (x) => ({ text: x === null ? '-' : String(Number(x.toPrecision(3))) });
+          return [Object.assign(text(c.error), { red: c.error === null || !largest[name] ? 0 : c.error / largest[name] }), text(c.chi2)];
+        });
+        row([{ text: k === 0 ? condition.text : '', left: true }, { text: bin.text, left: true }, { text: String(bin.stretches) }, { text: String(bin.records) }].concat(figures), 'td');
+      });
+    }
+    place.append(wide);
+  }
+
+  function spectra() {
+    if (data.spectra.length === 0) return;
+    const grid = section('Lines of the error', 'Spectrum of the current error of the worst records, stationary frame; marked: orders of the supply f, the slip s and the shaft f_r, and the noise there. '
+      + 'Broad hills are misfit that changes with time; a line is what stands above its neighbours and the noise.');
+    for (const record of data.spectra) {
+      const datasets = [
+        { label: 'orders', type: 'scatter', data: record.lines, backgroundColor: colour.model, pointRadius: 4 },
+        { label: 'error', type: 'line', data: record.curve, borderColor: colour.error, backgroundColor: colour.error, borderWidth: 1.2, pointRadius: 0 }
+      ];
+      if (record.lines.every((line) => line.noise !== null)) {
+        datasets.push({ label: 'noise', type: 'scatter', pointStyle: 'line', pointBorderWidth: 2, pointRadius: 7, borderColor: colour.floor, backgroundColor: colour.floor,
+          data: record.lines.map((line) => ({ x: line.x, y: line.noise, name: line.name, over: line.over, hint: 'noise' })) });
+      }
+      chart(grid, record.id, {
+        type: 'line', data: { datasets: datasets },
         options: {
-          scales: { x: axis(names[name], { grace: '4%' }), y: axis(unit, { beginAtZero: true }) },
-          plugins: { legend: { display: datasets.length > 1 }, tooltip: { callbacks: { label: (item) => item.raw.id + ': ' + item.raw.y + (byFloor ? '' : ' %') } } }
+          scales: { x: axis('frequency, Hz (negative: turns against a, b, c)', { type: 'linear' }), y: axis('amplitude, A', { type: 'logarithmic' }) },
+          plugins: { tooltip: { callbacks: { label: (item) => (item.raw.name ? item.raw.name + ' at ' + item.raw.x + ' Hz: ' + item.raw.y + ' A, ' + item.raw.over + ' times noise (' + item.raw.hint + ')' : item.raw.x + ' Hz: ' + item.raw.y + ' A') } } }
         }
       });
     }
@@ -145,6 +208,7 @@
 
   bars();
   tables();
-  dots();
+  maps();
+  spectra();
   overlays();
 }());

@@ -66,5 +66,30 @@ TEST(CompareJson, PointsCarryMeasuredAndPredicted) {
   EXPECT_TRUE(point["channels"]["input_power_W"]["predicted"].is_number());
 }
 
+TEST(CompareJson, SaysWhereTheModelFails) {
+  const json out = compared();
+  ASSERT_EQ(out["maps"].size(), 2u);
+  EXPECT_EQ(out["maps"][0]["from"], "time series");
+  EXPECT_EQ(out["maps"][1]["from"], "points");
+  for (const json& map : out["maps"]) {
+    expect_keys(map, {"stretches", "records", "shuffled", "conditions"});
+    for (const json& condition : map["conditions"]) {
+      expect_keys(condition, {"condition", "p_value", "share", "channel", "part", "bins"});
+      for (const json& bin : condition["bins"])
+        expect_keys(bin, {"low", "high", "stretches", "records", "channels"});
+    }
+  }
+  EXPECT_EQ(out["spectrum"]["noise"], "beside each line");
+  expect_keys(out["spectrum"]["lines"][0],
+              {"line", "order", "hint", "records", "seen", "amplitude_A", "over_noise", "worst"});
+  EXPECT_EQ(out["spectrum"]["lines"].size(), 11u);
+  ASSERT_EQ(out["overlays"].size(), 1u);
+  const json& overlay = out["overlays"][0];
+  EXPECT_EQ(overlay["record"], "a");
+  EXPECT_EQ(overlay["t_s"].size(), overlay["measured_A"].size());
+  EXPECT_EQ(overlay["t_s"].size(), overlay["predicted_A"].size());
+  EXPECT_GT(out["reach"].size(), 2u);
+}
+
 }  // namespace
 }  // namespace imrig::est
