@@ -2,22 +2,17 @@
 // log_read_MB_s. The campaigns are run with `imrig campaign run`, as a user would.
 // usage: imrig-bench-rig [--json] --root DIR NAME...
 
-#include <stdlib.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <imrig_msg/samples_t.hpp>
-#include <memory>
 #include <optional>
 #include <vector>
 
+#include "bench/command.h"
 #include "bench/result.h"
 #include "rig/base/clock.h"
 #include "rig/base/error.h"
-#include "rig/base/file.h"
 #include "rig/bus/event_log.h"
 #include "rig/bus/guarded_decode.h"
 #include "rig/bus/log_records.h"
@@ -28,36 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-// A folder that goes with the program.
-class Scratch {
- public:
-  Scratch() {
-    std::string name = fs::temp_directory_path() / "imrig-bench-XXXXXX";
-    if (::mkdtemp(name.data()) == nullptr) throw Error(name, "cannot be made");
-    path_ = name;
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
-
-// Runs a command line of the built programs; its JSON.
-json answer(const std::string& command) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen((executable_folder() + "/" + command).c_str(), "r"), ::pclose);
-  if (!pipe) throw Error(command, "cannot be run");
-  std::string text;
-  std::array<char, 4096> buffer;
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe.get())) text.append(buffer.data(), n);
-  const json parsed = json::parse(text, nullptr, false);
-  if (parsed.is_discarded()) throw Error(command, "said \"" + text + "\"", "JSON");
-  return parsed;
-}
 
 // The sample blocks of a log: when they reached the recorder, when their last sample was taken.
 struct Block {
