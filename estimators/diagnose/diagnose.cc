@@ -144,30 +144,20 @@ void explain_claim(const SearchStep& step, Diagnosis& d) {
   d.explanation.push_back(fmt::format(
       "Adding it takes the misfit on records left out from {:.3g} to {:.3g} times what noise leaves.", before,
       after));
-  if (d.confusable.size() > 1) {
-    d.explanation.push_back(fmt::format("These data cannot tell {} apart. What separates them: {}.",
-                                        listed(d.confusable), info.experiment));
-  }
+  if (d.confusable.size() > 1)
+    d.explanation.push_back(fmt::format("These data cannot tell {} apart.", listed(d.confusable)));
 }
 
-void suggest(const Diagnosis& d, std::optional<NextExperiment>& out) {
-  if (d.confusable.size() < 2 && d.verdict != "cannot_tell") return;
-  NextExperiment next;
-  std::string name = d.effect;
-  if (name.empty()) {
-    for (const CandidateResult& c : d.candidates) {
-      if (c.verdict == "cannot tell" && name.empty()) name = c.effect;
-    }
-  }
-  if (name.empty()) return;
-  const EffectInfo& info = kEffectInfos[*effect_number(name)];
-  next.kind = info.experiment;
-  next.why = d.confusable.size() > 1 ? fmt::format("separates {}", listed(d.confusable))
-                                     : fmt::format("shows {} where these data cannot", name);
+void suggest(const GlobalProblem& problem, const Model& model, const DiagnoseOptions& options, Diagnosis& d) {
+  const RigRange range = options.range.value_or(range_of(problem, model));
+  const SearchStep& first = d.search.steps.front();
+  if (first.confusable.size() > 1) d.next_experiment = separating_experiment(problem, first, range);
+  if (d.verdict != "cannot_tell") return;
+  std::vector<std::size_t> blind;
   for (const CandidateResult& c : d.candidates) {
-    if (c.effect == d.effect) next.distinguishability_before = c.distinguishability;
+    if (c.verdict == "cannot tell") blind.push_back(*effect_number(c.effect));
   }
-  out = next;
+  d.next_experiment = revealing_experiment(problem, first, blind, range);
 }
 
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
@@ -230,7 +220,7 @@ Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOption
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
   explain(problem, out);
-  suggest(out, out.next_experiment);
+  suggest(problem, model, options, out);
   return out;
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "estimators/diagnose/missing/search.h"
+#include "estimators/diagnose/next/next_experiment.h"
 #include "estimators/model/model.h"
 #include "rig/data/record.h"
 
@@ -39,13 +40,6 @@ struct Unexplained {
   std::string description;
 };
 
-struct NextExperiment {
-  std::string kind;  // of a record
-  std::string plan;  // path, when one was written
-  std::string why;
-  double distinguishability_before = kMissing, distinguishability_after = kMissing;
-};
-
 struct Diagnosis {
   std::string verdict;
   std::string effect;                   // empty: none
@@ -62,6 +56,7 @@ struct DiagnoseOptions {
   int threads = 2;
   std::size_t most_effects = 3;
   SearchReport report;
+  std::optional<RigRange> range;  // of the next experiment; without: what the data have seen
 };
 
 // Throws Error: pole pairs differ, a base parameter is not known, no record can be simulated.

@@ -47,6 +47,7 @@ Json whole(const Diagnosis& d) {
   if (d.next_experiment) {
     out["next_experiment"] = {
         {"kind", d.next_experiment->kind},
+        {"what", d.next_experiment->what},
         {"plan", name(d.next_experiment->plan)},
         {"why", d.next_experiment->why},
         {"distinguishability_before", number(d.next_experiment->distinguishability_before)},

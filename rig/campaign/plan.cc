@@ -127,8 +127,9 @@ class Expansion {
     add(*table, point);
   }
 
-  // The locked-rotor test of a motor that nobody locks: a turning field too weak to turn the shaft, or a regulated
-  // current along one axis, which makes no torque at all and does not lose its voltage to the inverter's dead time.
+  // The locked-rotor test of a motor that nobody locks: a turning field too weak to turn the shaft, or a
+  // regulated current along one axis, which makes no torque at all and does not lose its voltage to the
+  // inverter's dead time.
   void locked_sweep() {
     const auto table = file_.table_if("locked_sweep");
     if (!table) return;
@@ -137,7 +138,14 @@ class Expansion {
     read_times(*table, point);
     std::vector<double> frequencies = {5, 6, 7, 8, 9, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120};
     if (table->has("frequencies_Hz")) frequencies = table->numbers("frequencies_Hz", 1, 1000, {0.5, 2000});
-    point.level_A = table->number_or("current_A", 1.5, {1e-3, 1e4});
+    std::vector<double> currents;
+    if (table->has("currents_A")) {
+      if (table->has("current_A"))
+        table->fail("current_A", "stands beside currents_A", "give one of the two");
+      currents = table->numbers("currents_A", 1, 100, {1e-3, 1e4});
+    } else {
+      currents = {table->number_or("current_A", 1.5, {1e-3, 1e4})};
+    }
     point.regulated = table->boolean_or("regulated", false);
     if (point.regulated) {
       point.tones.kp_V_per_A = table->number_or("kp_V_per_A", 1.6, {0, 1e4});
@@ -147,13 +155,17 @@ class Expansion {
       point.ramp_s = table->number_or("ramp_s", 0.3, {0, 60});
     }
     for (const double f : frequencies) {
-      point.frequency_Hz = f;
-      if (point.regulated) {
-        point.tones.amplitude_A = {point.level_A};
-        point.tones.frequency_Hz = {f};
+      for (const double current : currents) {
+        point.frequency_Hz = f;
+        point.level_A = current;
+        if (point.regulated) {
+          point.tones.amplitude_A = {current};
+          point.tones.frequency_Hz = {f};
+        }
+        point.id = fmt::format("locked_f{}", in_id(f));
+        if (currents.size() > 1) point.id += fmt::format("_i{}", in_id(current));
+        add(*table, point);
       }
-      point.id = fmt::format("locked_f{}", in_id(f));
-      add(*table, point);
     }
   }
 

@@ -12,8 +12,6 @@ namespace imrig {
 
 namespace {
 
-constexpr std::size_t kBar = 40;  // characters of the longest bar of the waterfall
-
 std::string headline(const est::Diagnosis& d) {
   if (d.verdict == "missing") return "missing: " + d.effect;
   if (d.verdict == "ambiguous") {
@@ -38,8 +36,11 @@ std::string estimates(const est::CandidateResult& c) {
 void print_diagnosis(const est::Diagnosis& d) {
   fmt::print("{}\n\n", headline(d));
   for (const auto& sentence : d.explanation) fmt::print("{}\n", printable(sentence));
-  if (d.next_experiment)
-    fmt::print("Next experiment: {} ({}).\n", d.next_experiment->kind, d.next_experiment->why);
+  if (d.next_experiment) {
+    fmt::print("Next: {}; it {}.\n", d.next_experiment->what, d.next_experiment->why);
+    if (!d.next_experiment->plan.empty())
+      fmt::print("Plan written to {}.\n", printable(d.next_experiment->plan));
+  }
   TextTable table({"<effect", "<verdict", "score", "p", "hold-out_%", "<estimate (95 %)"});
   for (const auto& c : d.candidates) {
     const double after = std::isnan(c.holdout_nrmse_after) ? c.holdout_nrmse_before : c.holdout_nrmse_after;
@@ -47,19 +48,6 @@ void print_diagnosis(const est::Diagnosis& d) {
         {c.effect, c.verdict, shown(c.score, 3), shown(c.p_value, 2), shown(100.0 * after, 3), estimates(c)});
   }
   fmt::print("\n{}", table.text());
-}
-
-void print_steps(const est::Search& search) {
-  TextTable table({"<model", "fitted_%", "hold-out_%", "floor_%", "<"});
-  const double largest = search.changes.front().fitted.nrmse();
-  for (const auto& change : search.changes) {
-    const double share = change.fitted.nrmse() / largest;
-    const auto length =
-        static_cast<std::size_t>(std::round(static_cast<double>(kBar) * std::min(1.0, share)));
-    table.row({change.text, shown(100.0 * change.fitted.nrmse(), 3), shown(100.0 * change.holdout.nrmse(), 3),
-               shown(100.0 * change.fitted.floor(), 3), std::string(std::max<std::size_t>(1, length), '#')});
-  }
-  fmt::print("{}", table.text());
 }
 
 est::SearchReport search_report() {

@@ -155,6 +155,61 @@ void GlobalProblem::refresh(const SharedVector<double>& shared) {
   }
 }
 
+GlobalProblem::GlobalProblem(const GlobalProblem& other)
+    : data_(other.data_),
+      threads_(other.threads_),
+      noise_(other.noise_),
+      point_noise_(other.point_noise_),
+      left_out_(other.left_out_),
+      mean_stator_C_(other.mean_stator_C_),
+      spread_stator_C_(other.spread_stator_C_),
+      largest_flux_(other.largest_flux_),
+      largest_current_(other.largest_current_),
+      sample_time_(other.sample_time_),
+      torque_(other.torque_) {
+  for (const Entry& e : other.entries_) {
+    entries_.push_back({e.index, e.id, e.holdout, e.record, e.point,
+                        e.series ? std::make_unique<DrivenRecord>(*e.series) : nullptr,
+                        e.whitener ? std::make_unique<Whitener>(*e.whitener) : nullptr, e.steps});
+  }
+}
+
+GlobalProblem GlobalProblem::with(std::vector<DrivenRecord> more, const SharedVector<double>& shared,
+                                  const std::vector<NoiseLevels>& noise) const {
+  GlobalProblem out(*this);
+  const MachineParameters<double> theta{shared[0], shared[1], shared[2], shared[3]};
+  for (std::size_t k = 0; k < more.size(); ++k) {
+    Entry entry;
+    entry.series = std::make_unique<DrivenRecord>(std::move(more[k]));
+    entry.steps = steps_for(*entry.series, shared);
+    entry.whitener = std::make_unique<Whitener>(*entry.series, theta, 0.8 * largest_flux_, noise[k]);
+    out.entries_.push_back(std::move(entry));
+  }
+  return out;
+}
+
+void GlobalProblem::pretend(const GlobalPoint& at) {
+  each(all(), [&](std::size_t k) {
+    Entry& entry = entries_[k];
+    for (SteadyPoint& p : entry.point) {
+      const PointPrediction model = predict_steady(at.shared, data_.pole_pairs, p);
+      const auto put = [](double& measured, double predicted) {
+        if (std::isfinite(measured)) measured = predicted;
+      };
+      put(p.i_peak_A, model.i_peak_A);
+      put(p.p_in_W, model.p_in_W);
+      put(p.torque_Nm, model.torque_Nm);
+      put(p.p_out_W, model.p_out_W);
+    }
+    if (!entry.series) return;
+    RecordTrace trace;
+    evaluate_one(k, at.shared, at.local[k], {}, &trace);
+    FrameRecord& frame = entry.series->frame;
+    for (std::size_t n = frame.judged_from; n < frame.size(); ++n)
+      frame.i[n] -= trace.error[n - frame.judged_from];
+  });
+}
+
 GlobalPoint GlobalProblem::start(const SharedVector<double>& shared) const {
   GlobalPoint out;
   out.shared = shared;

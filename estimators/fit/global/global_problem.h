@@ -48,6 +48,9 @@ struct GlobalTerms {
 
 class GlobalProblem {
  public:
+  GlobalProblem(const GlobalProblem& other);
+  GlobalProblem& operator=(const GlobalProblem&) = delete;
+
   struct Entry {
     std::size_t index = 0;  // in the data set
     std::string id;
@@ -78,6 +81,13 @@ class GlobalProblem {
   double largest_current_A() const { return largest_current_; }
   // Steps and whitening for a better circuit than the first.
   void refresh(const SharedVector<double>& shared);
+
+  // The problem of an experiment that was not made: the same records and `more`, each with its noise.
+  // data must outlive it too.
+  GlobalProblem with(std::vector<DrivenRecord> more, const SharedVector<double>& shared,
+                     const std::vector<NoiseLevels>& noise) const;
+  // Puts what the model at `at` would have measured, without noise, in the place of all that was measured.
+  void pretend(const GlobalPoint& at);
 
   GlobalPoint start(const SharedVector<double>& shared) const;
 

@@ -79,6 +79,18 @@ TEST(Plan, LoadsMayBeACountSharesOrTorques) {
   EXPECT_EQ(find(torques, "f50_v80_l1").load.torque_Nm, 7.5);
 }
 
+TEST(Plan, ALockedSweepTakesEachFrequencyAtEachCurrent) {
+  const std::string sweep = "[locked_sweep]\nfrequencies_Hz = [5, 20]\n";
+  const Plan plan = parse_plan(kHead + sweep + "currents_A = [2, 7.5]\nregulated = true\n", "p");
+  ASSERT_EQ(plan.points.size(), 4u);
+  const PlanPoint& p = find(plan, "locked_f20_i7p5");
+  EXPECT_EQ(p.level_A, 7.5);
+  EXPECT_THAT(p.tones.amplitude_A, ::testing::ElementsAre(7.5));
+  EXPECT_THAT(p.tones.frequency_Hz, ::testing::ElementsAre(20));
+  EXPECT_EQ(find(parse_plan(kHead + sweep + "currents_A = [2]\n", "p"), "locked_f5").level_A, 2.0);
+  EXPECT_THAT(complaint(kHead + sweep + "currents_A = [2]\ncurrent_A = 2\n"), HasSubstr("stands beside"));
+}
+
 TEST(Plan, RepeatsNameTheirFirst) {
   const Plan plan =
       parse_plan(kHead + "repeats = 3\n[no_load]\nfrequencies_Hz = [50]\nvoltages_percent = [100]\n", "p");
