@@ -336,11 +336,11 @@ void Drive::connect(const double* x, Flow& flow) const {
   shaped([&](auto shape) { connect_as<shape()>(x, flow); });
 }
 
-double Drive::pull_at_rest_Nm(const State& x) const {
-  Drive::Flow now;
-  settle(x.data(), nullptr, now);
-  turn(x.data(), now, Motion::kBySpeed);
-  return now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
+double Drive::pull_at_rest_Nm(const State& x, const Flow& now) const {
+  Conditions at = now.at;
+  at.motion = Motion::kBySpeed, at.drag_Nm = 0.0;
+  for (const auto& slot : effects_.drag()) slot.effect->drag(at, own(x, slot), at.drag_Nm);
+  return at.torque_Nm + load_Nm(at) - at.drag_Nm;
 }
 
 template <Drive::Shape kShape>

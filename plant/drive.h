@@ -89,7 +89,7 @@ class Drive {
   const Generator& generator() const { return generator_; }
   // What holds a resting shaft, and what pulls at it there, Nm.
   double break_away_Nm() const { return break_away_Nm_; }
-  double pull_at_rest_Nm(const State& x) const;
+  double pull_at_rest_Nm(const State& x, const Flow& now) const;
   bool shaft_is_held() const { return mechanics_.locked || mechanics_.held_speed_rpm; }
 
   Terminals terminals;

@@ -1,6 +1,7 @@
 #include "plant/sticking_integrator.h"
 
 #include <cmath>
+#include <cstring>
 
 namespace imrig::plant {
 namespace {
@@ -19,9 +20,9 @@ std::unique_ptr<Integrator> with_sticking(std::unique_ptr<Integrator> inner, Dri
   return std::make_unique<StickingIntegrator>(std::move(inner), drive);
 }
 
-Motion StickingIntegrator::motion_at(const State& x) const {
+Motion StickingIntegrator::motion_at(const State& x) {
   if (x[kSpeed] != 0.0) return x[kSpeed] > 0.0 ? Motion::kForward : Motion::kBackward;
-  const double pull_Nm = drive_.pull_at_rest_Nm(x);
+  const double pull_Nm = drive_.pull_at_rest_Nm(x, inner_->flow(x));
   if (std::abs(pull_Nm) <= drive_.break_away_Nm()) return Motion::kResting;
   return pull_Nm > 0.0 ? Motion::kForward : Motion::kBackward;
 }
@@ -53,11 +54,11 @@ void StickingIntegrator::advance(State& x, double duration_s, bool fresh) {
     fresh_ = fresh_ || motion != drive_.shaft;
     drive_.shaft = motion;
     if (left_s <= kSameTime_s) return;
-    const State from = x;
+    std::memcpy(from_.data(), x.data(), drive_.size() * sizeof(double));
     inner_->advance(x, left_s, fresh_);
     fresh_ = false;
     if (!reversed(motion, x[kSpeed])) return;
-    left_s -= find_stop(from, x, left_s);
+    left_s -= find_stop(from_, x, left_s);
     x[kSpeed] = 0.0;
     fresh_ = true;
   }

@@ -27,11 +27,12 @@ class StickingIntegrator final : public Integrator {
   static constexpr int kMostEvents = 8;
 
  private:
-  Motion motion_at(const State& x) const;
+  Motion motion_at(const State& x);
   double find_stop(const State& from, State& x, double duration_s);
 
   std::unique_ptr<Integrator> inner_;
   Drive& drive_;
+  State from_{};
   bool fresh_ = true;  // as in Integrator
 };
 

@@ -87,6 +87,12 @@ struct Conditions {
   Losses losses;             // after losses(); filled where an effect reads them and for powers() only
 };
 
+// Sign of the speed for friction with a jump, as the stretch has it.
+inline double sense(const Conditions& at) {
+  if (at.motion == Motion::kBySpeed) return at.w_mech > 0.0 ? 1.0 : at.w_mech < 0.0 ? -1.0 : 0.0;
+  return at.motion == Motion::kForward ? 1.0 : at.motion == Motion::kBackward ? -1.0 : 0.0;
+}
+
 // Physical values on their way to the converters, after the voltage filter, before gain, offset and noise.
 struct Measured {
   double i[3], v[3];   // A, V

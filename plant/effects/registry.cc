@@ -21,7 +21,9 @@ std::shared_ptr<const Effect> read_friction(const ConfigReader& table) {
   Friction::Config config;
   config.coulomb_Nm = table.number_or("coulomb_Nm", config.coulomb_Nm, {0.0, 1e3});
   config.viscous_Nms = table.number_or("viscous_Nms", config.viscous_Nms, {0.0, 1e2});
-  config.width_rad_s = table.number_or("width_rad_s", config.width_rad_s, {1e-4, 100.0});
+  config.width_rad_s = table.number_or("width_rad_s", config.width_rad_s, {0.0, 100.0});
+  if (config.width_rad_s > 0.0 && config.width_rad_s < 1e-4)
+    table.fail("width_rad_s", "is too steep to follow", "0 (sticks), or 0.0001 to 100 rad/s");
   return std::make_shared<Friction>(config);
 }
 

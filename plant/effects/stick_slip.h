@@ -38,20 +38,6 @@ class StickSlip final : public Effect {
   }
 
  private:
-  static double sense(const Conditions& at) {
-    switch (at.motion) {
-      case Motion::kForward:
-        return 1.0;
-      case Motion::kBackward:
-        return -1.0;
-      case Motion::kResting:
-        return 0.0;
-      case Motion::kBySpeed:
-        break;
-    }
-    return at.w_mech > 0.0 ? 1.0 : at.w_mech < 0.0 ? -1.0 : 0.0;
-  }
-
   Config config_;
 };
 

@@ -181,18 +181,20 @@ TEST(Effects, AreRegisteredOnceWithTheNameTheyCarry) {
 }
 
 TEST(Friction, BrakesBothDirectionsAndVanishesAtRest) {
-  const Friction friction({0.3, 0.002, 0.2});
-  const auto torque = [&](double w) {
+  const auto torque = [&](double w, double width_rad_s) {
     Conditions at;
     at.w_mech = w;
     double T = 0.0;
-    friction.drag(at, nullptr, T);
+    Friction({0.3, 0.002, width_rad_s}).drag(at, nullptr, T);
     return T;
   };
-  EXPECT_EQ(torque(0.0), 0.0);
-  EXPECT_NEAR(torque(180.0), 0.3 + 0.36, 1e-6);
-  EXPECT_NEAR(torque(-180.0), -0.3 - 0.36, 1e-6);
-  EXPECT_NEAR(torque(0.01), 0.3 * 0.01 / 0.2, 1e-4);
+  for (const double width_rad_s : {0.0, 0.2}) {
+    EXPECT_EQ(torque(0.0, width_rad_s), 0.0);
+    EXPECT_NEAR(torque(180.0, width_rad_s), 0.3 + 0.36, 1e-6);
+    EXPECT_NEAR(torque(-180.0, width_rad_s), -0.3 - 0.36, 1e-6);
+  }
+  EXPECT_NEAR(torque(0.01, 0.0), 0.3, 1e-4);
+  EXPECT_NEAR(torque(0.01, 0.2), 0.3 * 0.01 / 0.2, 1e-4);
 }
 
 TEST(Friction, LetsTheShaftCoastDownAsItsEquationSays) {

@@ -8,6 +8,7 @@
 
 #include "plant/effects/coupling_torsion.h"
 #include "plant/effects/eccentricity.h"
+#include "plant/effects/friction.h"
 #include "plant/effects/interbar_current.h"
 #include "plant/effects/stick_slip.h"
 #include "plant/powers.h"
@@ -215,9 +216,12 @@ PlantConfig sticking(double break_away_Nm, double coulomb_Nm) {
   return c;
 }
 
-TEST(StickSlip, HoldsTheShaftStillBelowBreakAwayAndLetsItGoAbove) {
+void holds_below_break_away_and_lets_go_above(const std::shared_ptr<const Effect>& bearing) {
+  ASSERT_EQ(bearing->break_away_Nm(), 1.0);
   for (const auto kind : {IntegratorConfig::Kind::kSundials, IntegratorConfig::Kind::kRk4}) {
-    PlantConfig c = sticking(1.0, 0.4);
+    PlantConfig c = config();
+    c.generator.coupled = false;
+    c.effects = {bearing};
     c.integrator.kind = kind;
     Plant plant(c);
     const Supply low{10.0, 6.0, 0.5};
@@ -231,6 +235,33 @@ TEST(StickSlip, HoldsTheShaftStillBelowBreakAwayAndLetsItGoAbove) {
     Plant other(c);
     run(other, {10.0, 20.0, 0.5}, 2.0);
     EXPECT_GT(other.state().w_mech_rad_s, 20.0);
+  }
+}
+
+TEST(StickSlip, HoldsTheShaftStillBelowBreakAwayAndLetsItGoAbove) {
+  holds_below_break_away_and_lets_go_above(std::make_shared<StickSlip>(StickSlip::Config{1.0, 0.4, 2.0}));
+}
+
+TEST(Friction, HoldsTheShaftStillBelowItsCoulombTorqueAndLetsItGoAbove) {
+  holds_below_break_away_and_lets_go_above(std::make_shared<Friction>(Friction::Config{1.0, 0.002}));
+}
+
+// A slow field pulls at the shaft with more than half of what its bearings hold; dead time takes 5 V of the second's.
+TEST(Friction, LetsNoShippedPlantCreepAtStandstill) {
+  for (const auto& [name, volts] : {std::pair("proca_5hp", 2.4), std::pair("proca_5hp_full", 7.6)}) {
+    PlantConfig c = load_plant_config(std::string(IMRIG_SOURCE_DIR "/models/plants/") + name + ".toml");
+    c.integrator.kind = IntegratorConfig::Kind::kRk4;
+    Plant plant(c);
+    const std::int32_t start = plant.step({}).encoder;
+    double most_Nm = 0.0;
+    for (int k = 0; k < 50000; ++k) {
+      const RawSample raw = plant.step(command(std::polar(volts * std::min(1.0, k / 5000.0), 2.0 * kPi * 8.0 * k * sample_s(plant))));
+      ASSERT_EQ(plant.state().w_mech_rad_s, 0.0) << name;
+      ASSERT_EQ(raw.encoder, start) << name;
+      most_Nm = std::max(most_Nm, plant.state().torque_Nm);
+    }
+    std::printf("%s: up to %.3f Nm\n", name, most_Nm);
+    EXPECT_GT(most_Nm, 0.1) << name;
   }
 }
 

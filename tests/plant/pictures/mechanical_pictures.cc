@@ -34,13 +34,15 @@ Conditions turning(double w) {
 
 Picture friction() {
   Picture p{"friction",
-            "Bearings: 0.25 Nm, 0.0015 Nm s, width 0.2 rad/s",
+            "Bearings: 0.25 Nm, 0.0015 Nm s; smooth with a width of 0.5 rad/s",
             "speed, rad/s",
             "drag, Nm",
-            {{"", {}, {}}}};
-  const Friction bearing({0.25, 0.0015, 0.2});
-  for (double w = -20.0; w <= 20.001; w += std::abs(w) < 1.99 ? 0.1 : 1.0)
-    p.series[0].add(w, drag(bearing, turning(w)));
+            {{"jump", {}, {}}, {"smooth", {}, {}, true}}};
+  const Friction jump({0.25, 0.0015}), smooth({0.25, 0.0015, 0.5});
+  for (int k = -500; k <= 500; ++k) {
+    const double w = 0.02 * k;
+    p.series[0].add(w, drag(jump, turning(w))), p.series[1].add(w, drag(smooth, turning(w)));
+  }
   return p;
 }
 
