@@ -132,6 +132,15 @@ void JointFilter::take(std::complex<double> v, std::complex<double> i, double w_
   w_sum_ = 0.0;
 }
 
+void JointFilter::anchor_R_s(double R_s_ohm, double relative_sigma, double dt_s) {
+  const double noise = relative_sigma * relative_sigma / dt_s;
+  const State K = P_.col(4) / (P_(4, 4) + noise);
+  x_ += K * (std::log(R_s_ohm) - x_[4]);
+  P_ -= (K * P_.row(4)).eval();
+  P_ = (0.5 * (P_ + P_.transpose())).eval();
+  p_ = {std::exp(x_[4]), std::exp(x_[5]), std::exp(x_[6]), std::exp(x_[7])};
+}
+
 MachineParameters<double> JointFilter::parameters() const { return p_; }
 
 MachineParameters<double> JointFilter::relative_sigma() const {

@@ -20,8 +20,10 @@ struct JointFilterConfig {
   MachineParameters<double> start;
   MachineParameters<double> sigma;       // prior, relative
   MachineParameters<double> drift;       // relative, per square root of a second
-  double current_noise_A = 0.03;         // per component, of what take() is given
-  double voltage_noise_V = 0.5;          // likewise; holds what the circuit leaves out, too
+  // Per component, of what take() is given. Well above the converters' noise: unequal gains and what the circuit
+  // leaves out do not average away, and a filter that trusts each sample takes them for resistances.
+  double current_noise_A = 0.3;
+  double voltage_noise_V = 1.0;
 };
 
 class JointFilter {
@@ -35,6 +37,9 @@ class JointFilter {
   void lose_flux(double flux_sigma_Wb);
   // One sample: V, A (both behind the same filter), electrical rad/s.
   void take(std::complex<double> v, std::complex<double> i, double w_r, double h);
+  // R_s as known from elsewhere (temperature, direct current), relative sigma of one such word a second, dt_s after
+  // the last one. A running motor tells R_s poorly: without it, R_s drifts off and takes L_m along.
+  void anchor_R_s(double R_s_ohm, double relative_sigma, double dt_s);
 
   MachineParameters<double> parameters() const;
   MachineParameters<double> relative_sigma() const;

@@ -11,6 +11,7 @@ namespace imrig::est {
 namespace {
 
 constexpr double kThermocouple_K = 1.0;  // one sigma of what it shows against the winding's mean
+constexpr double kAnchor = 0.01;         // relative sigma of R_s by temperature, a second's worth
 constexpr double kHeldFlux_Wb = 1.0;     // one sigma of a flux that nothing is known about
 
 JointFilterConfig joint_config(const MotorKnowledge& motor) {
@@ -179,6 +180,8 @@ void MotorFollower::keep(std::int64_t next_index) {
   now_.next_index = next_index;
   now_.standing = standing_.kind();
   now_.simulated_rms_A = model_.residual_rms_A();
+  if (joint_running_ && now_.R_s_source != StatorSource::kModel)
+    joint_.anchor_R_s(circuit_.R_s_ohm, kAnchor, static_cast<double>(kEvery) * sample_time_s_);
   if (joint_.started()) {
     const auto value = joint_.parameters(), sigma = joint_.relative_sigma();
     const double gains = std::hypot(config_.current_gain_sigma, config_.voltage_gain_sigma);

@@ -1,25 +1,8 @@
-// Its own program: it replaces the global operator new.
 #include <gtest/gtest.h>
-
-#include <atomic>
-#include <cstdlib>
-#include <new>
 
 #include "estimators/online/r_r_observer/r_r_observer.h"
 #include "tests/estimators/online/r_r_observer/phasor_motor.h"
-
-namespace {
-std::atomic<long> g_allocations = 0;
-}  // namespace
-
-// Not inlined: the compiler would then see malloc here and delete there.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/count_allocations.h"
 
 namespace imrig::est {
 namespace {
@@ -31,14 +14,14 @@ TEST(RotorObserverMemory, NothingIsAllocatedPerSample) {
   RotorObserver observer(c);
   phasor::Source source({}, {}, 1);
   int valid = 0;
-  const long before = g_allocations;
+  const long before = test::allocations;
   for (int k = 0; k < 40000; ++k) {
     const auto s = source.at({}, k * 60e-6);
     const auto e = observer.take(s.v, s.i, s.speed_rad_s);
     if (e && e->status == RotorResistanceStatus::kValid) ++valid;
     if (k == 30000) observer.interrupt(40000);
   }
-  EXPECT_EQ(g_allocations, before);
+  EXPECT_EQ(test::allocations, before);
   EXPECT_GE(valid, 5);
 }
 
