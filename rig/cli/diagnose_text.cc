@@ -12,8 +12,6 @@ namespace imrig {
 
 namespace {
 
-constexpr std::size_t kBar = 40;  // characters of the longest bar of the waterfall
-
 std::string headline(const est::Diagnosis& d) {
   if (d.verdict == "missing") return "missing: " + d.effect;
   if (d.verdict == "ambiguous") {
@@ -28,8 +26,8 @@ std::string headline(const est::Diagnosis& d) {
 std::string estimates(const est::CandidateResult& c) {
   std::string out;
   for (const auto& [name, p] : c.estimate)
-    out += fmt::format("{}{} {} +- {} {}", out.empty() ? "" : ", ", name, shown(p.value, 3),
-                       shown(0.5 * (p.ci95_high - p.ci95_low), 2), p.unit);
+    out += fmt::format("{}{} {} +- {}{}", out.empty() ? "" : ", ", name, shown(p.value, 3),
+                       shown(0.5 * (p.ci95_high - p.ci95_low), 2), p.unit == "1" ? "" : " " + p.unit);
   return out;
 }
 
@@ -50,19 +48,6 @@ void print_diagnosis(const est::Diagnosis& d) {
         {c.effect, c.verdict, shown(c.score, 3), shown(c.p_value, 2), shown(100.0 * after, 3), estimates(c)});
   }
   fmt::print("\n{}", table.text());
-}
-
-void print_steps(const est::Search& search) {
-  TextTable table({"<model", "fitted_%", "hold-out_%", "floor_%", "<"});
-  const double largest = search.changes.front().fitted.nrmse();
-  for (const auto& change : search.changes) {
-    const double share = change.fitted.nrmse() / largest;
-    const auto length =
-        static_cast<std::size_t>(std::round(static_cast<double>(kBar) * std::min(1.0, share)));
-    table.row({change.text, shown(100.0 * change.fitted.nrmse(), 3), shown(100.0 * change.holdout.nrmse(), 3),
-               shown(100.0 * change.fitted.floor(), 3), std::string(std::max<std::size_t>(1, length), '#')});
-  }
-  fmt::print("{}", table.text());
 }
 
 est::SearchReport search_report() {

@@ -1,12 +1,11 @@
 #pragma once
-// A diagnosis and an improvement as the terminal shows them.
+// A diagnosis as the terminal shows it.
 
 #include "estimators/diagnose/diagnose.h"
 
 namespace imrig {
 
 void print_diagnosis(const est::Diagnosis& diagnosis);
-void print_steps(const est::Search& search);
 
 // Where the search is, on a terminal; nothing in a pipe.
 est::SearchReport search_report();

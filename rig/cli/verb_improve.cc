@@ -7,7 +7,9 @@
 #include "estimators/diagnose/diagnose_json.h"
 #include "estimators/model/model_file.h"
 #include "rig/cli/diagnose_text.h"
+#include "rig/cli/improve_text.h"
 #include "rig/cli/load_data.h"
+#include "rig/cli/report/improvement.h"
 #include "rig/cli/text_table.h"
 #include "rig/cli/verbs.h"
 
@@ -19,16 +21,9 @@ struct Options {
   std::string model;
   std::vector<std::string> data;
   std::string out;
+  std::string report;
   bool json = false;
 };
-
-std::string ending(const est::Improvement& improvement) {
-  const est::Search& search = improvement.diagnosis.search;
-  if (search.at_floor) return "the error has reached the noise floor";
-  if (search.cut_short)
-    return "more effects were found than are added at once: run it again on the new model";
-  return "the library holds nothing that brings it closer to the floor: unknown remains";
-}
 
 void run(const Options& options) {
   const est::Model model = est::load_model(options.model);
@@ -37,12 +32,15 @@ void run(const Options& options) {
   wanted.report = search_report();
   const est::Improvement improvement = est::improve(model, data, wanted);
   est::save_model(improvement.model, options.out);
+  std::string report;
+  if (!options.report.empty()) report = write_improvement_report(model, improvement, options.report);
   if (options.json) {
     fmt::print("{}\n", est::improve_json(improvement, options.out));
     return;
   }
-  print_steps(improvement.diagnosis.search);
-  fmt::print("\n{}\nmodel written to {}\n", ending(improvement), printable(options.out));
+  print_improvement(model, improvement);
+  fmt::print("model written to {}\n", printable(options.out));
+  if (!report.empty()) fmt::print("report written to {}\n", report);
 }
 
 }  // namespace
@@ -54,6 +52,7 @@ void add_improve(CLI::App& app, int& exit_code) {
   verb->add_option("model", options->model, "model file")->required();
   verb->add_option("data", options->data, "data-set folders or event logs")->required();
   verb->add_option("--out", options->out, "model file to write")->required();
+  verb->add_option("--report", options->report, "folder for report.html, one file that needs nothing else");
   verb->add_flag("--json", options->json, "print JSON");
   verb->callback([options, &exit_code] {
     run(*options);

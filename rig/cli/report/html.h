@@ -16,4 +16,11 @@ std::string escaped_json(const std::string& json);
 std::string html_table(const std::vector<std::string>& header,
                        const std::vector<std::vector<std::string>>& rows);
 
+// A whole page: what stands in <main>, then Chart.js and script.js with the charts' data, which draw into
+// <div id="charts">. title is escaped here.
+std::string html_page(const std::string& title, const std::string& main, const std::string& chart_json);
+
+// Writes FOLDER/report.html, whole or not at all; makes the folder. Returns the file's path. Throws Error.
+std::string write_page(const std::string& folder, const std::string& html);
+
 }  // namespace imrig

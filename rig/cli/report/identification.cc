@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <numbers>
 
-#include "rig/base/error.h"
-#include "rig/base/file.h"
 #include "rig/cli/identify_maps_text.h"
 #include "rig/cli/json_number.h"
 #include "rig/cli/report/assets.h"
@@ -233,12 +230,7 @@ std::string identification_html(const est::MapsResult& result) {
 }
 
 std::string write_identification_report(const est::MapsResult& result, const std::string& folder) {
-  std::error_code problem;
-  std::filesystem::create_directories(folder, problem);
-  if (problem) throw Error(folder, "cannot be made: " + problem.message(), "--report names the folder for report.html");
-  const std::string path = (std::filesystem::path(folder) / "report.html").string();
-  write_text_atomically(path, identification_html(result));
-  return path;
+  return write_page(folder, identification_html(result));
 }
 
 }  // namespace imrig

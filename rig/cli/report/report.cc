@@ -3,12 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 
-#include "rig/base/error.h"
-#include "rig/base/file.h"
 #include "rig/cli/channel_scale.h"
-#include "rig/cli/report/assets.h"
 #include "rig/cli/report/chart_data.h"
 #include "rig/cli/report/html.h"
 #include "rig/cli/text_table.h"
@@ -137,11 +133,7 @@ std::string remarks(const est::CompareResult& result) {
 }  // namespace
 
 std::string report_html(const est::Model& model, const est::CompareResult& result) {
-  std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
-  out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  out += "<title>" + escaped(result.model_name + " against " + result.data_name) + "</title>\n";
-  out += "<style>\n" + std::string(kReportStyle) + "</style>\n</head>\n<body>\n<main>\n";
-  out +=
+  std::string out =
       "<h1>" + escaped(result.model_name) + " <span>against</span> " + escaped(result.data_name) + "</h1>\n";
   out += tiles(result);
   out += "<h2>Model</h2>\n<p>Inverse-&Gamma; circuit, per phase of the equivalent star; " +
@@ -154,22 +146,13 @@ std::string report_html(const est::Model& model, const est::CompareResult& resul
   out +=
       "<h2>Records</h2>\n<p>Error and floor are rms over the signal's rms. The floor is what measurement "
       "noise alone would leave.</p>\n";
-  out += records_table(result) + lines_table(result.spectrum) + remarks(result) + "</main>\n";
-  out += "<script type=\"application/json\" id=\"data\">" + escaped_json(chart_data(result)) + "</script>\n";
-  out += "<script>" + std::string(kChartJs) + "</script>\n<script>\n" + std::string(kReportScript) +
-         "</script>\n</body>\n</html>\n";
-  return out;
+  out += records_table(result) + lines_table(result.spectrum) + remarks(result);
+  return html_page(result.model_name + " against " + result.data_name, out, chart_data(result));
 }
 
 std::string write_report(const est::Model& model, const est::CompareResult& result,
                          const std::string& folder) {
-  std::error_code problem;
-  std::filesystem::create_directories(folder, problem);
-  if (problem)
-    throw Error(folder, "cannot be made: " + problem.message(), "--report names the folder for report.html");
-  const std::string path = (std::filesystem::path(folder) / "report.html").string();
-  write_text_atomically(path, report_html(model, result));
-  return path;
+  return write_page(folder, report_html(model, result));
 }
 
 }  // namespace imrig

@@ -206,6 +206,26 @@
     }
   }
 
+  // Each model of an improvement: error over what noise leaves, 1 is the floor.
+  function waterfall() {
+    const falls = data.waterfall;
+    const grid = section('Error, step by step', 'Error over what noise leaves (root of chi2 a value): 1 is the noise floor. Hold-out records are never fitted.');
+    const datasets = [{ type: 'bar', label: 'fitted', order: 2, data: falls.map((fall) => fall.fitted), backgroundColor: colour.bar }];
+    if (falls.some((fall) => fall.holdout !== null)) {
+      datasets.push({ type: 'bar', label: 'hold-out', order: 2, data: falls.map((fall) => fall.holdout), backgroundColor: colour.holdoutBar });
+    }
+    datasets.push({ type: 'line', label: 'noise floor', order: 1, data: falls.map(() => 1), borderColor: colour.floor, backgroundColor: colour.floor, borderWidth: 2, pointRadius: 0 });
+    const large = Math.max(...falls.map((fall) => Math.max(fall.fitted, fall.holdout || 0))) > 10;
+    chart(grid, 'Waterfall', {
+      data: { labels: falls.map((fall) => fall.text), datasets: datasets },
+      options: { scales: { x: { grid: { display: false } }, y: axis('error over noise', large ? { type: 'logarithmic', min: 0.5 } : { beginAtZero: true }) } }
+    }, true);
+  }
+
+  if (data.waterfall) {
+    waterfall();
+    return;
+  }
   bars();
   tables();
   maps();
