@@ -28,10 +28,12 @@ double chi2_per_value(const Trial& trial) {
   return trial.left_out_chi2 / static_cast<double>(trial.model.fit.values);
 }
 
-void add_estimate(const Trial& trial, CandidateResult& out) {
-  for (const std::size_t e : shared_entries(trial.candidate)) {
+void add_estimate(const WorkingModel& model, const Candidate& candidate, CandidateResult& out) {
+  out.form = form_of(candidate).name;
+  out.estimate.clear();
+  for (const std::size_t e : shared_entries(candidate)) {
     const EffectParameter& p = shared_parameter(e);
-    const double value = trial.model.at.shared[e], sigma = trial.model.fit.sigma(e);
+    const double value = model.at.shared[e], sigma = model.fit.sigma(e);
     out.estimate[p.name] = {value, value - kNormal975 * sigma, value + kNormal975 * sigma, p.unit, "refit"};
   }
 }
@@ -52,6 +54,17 @@ std::string quiet_verdict(const GlobalProblem& problem, const SearchStep& step, 
   return size < 1.0 ? "absent" : "negligible";
 }
 
+bool accepted(const Diagnosis& d, std::size_t effect) {
+  return std::any_of(d.search.findings.begin(), d.search.findings.end(),
+                     [&](const Finding& f) { return f.candidate.effect == effect; });
+}
+
+bool rival(const Diagnosis& d, std::size_t effect) {
+  return std::any_of(d.search.findings.begin(), d.search.findings.end(), [&](const Finding& f) {
+    return std::find(f.rivals.begin(), f.rivals.end(), effect) != f.rivals.end();
+  });
+}
+
 // The effect's claim, else its best trial; null where it was not worth one.
 const Trial* trial_of(const SearchStep& step, std::size_t effect) {
   for (const std::size_t k : step.claims) {
@@ -66,10 +79,6 @@ const Trial* trial_of(const SearchStep& step, std::size_t effect) {
 void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagnosis& out) {
   std::set<std::size_t> done;
   const double before = judge(problem, step.base.model, problem.holdout()).nrmse();
-  const auto claimed = [&](const std::vector<std::size_t>& list, std::size_t effect) {
-    return std::any_of(list.begin(), list.end(),
-                       [&](std::size_t k) { return step.trials[k].candidate.effect == effect; });
-  };
   const auto row = [&](const Score& score) {
     const std::size_t effect = score.candidate.effect;
     if (!done.insert(effect).second) return;
@@ -78,12 +87,12 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
     c.score = score.lambda;
     c.holdout_nrmse_before = before;
     const Trial* trial = trial_of(step, effect);
-    c.form = trial != nullptr ? form_of(trial->candidate).name : form_of(score.candidate).name;
+    c.form = form_of(score.candidate).name;
     if (trial != nullptr) {
       c.p_value = family_wise(
           form_of(trial->candidate).local ? std::max(0.0, surely_better(*trial, step.base)) : trial->wald);
       c.holdout_nrmse_after = judge(problem, trial->model, problem.holdout()).nrmse();
-      add_estimate(*trial, c);
+      add_estimate(trial->model, trial->candidate, c);
     } else {
       for (std::size_t k = 0; k < score.change.size(); ++k) {
         const EffectParameter& p = shared_parameter(score.amplitudes[k]);
@@ -92,11 +101,12 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
                               p.unit, "forecast"};
       }
     }
-    const bool best =
-        !step.confusable.empty() && step.trials[step.confusable.front()].candidate.effect == effect;
-    c.verdict = best                               ? "missing"
-                : claimed(step.confusable, effect) ? "confusable"
-                                                   : quiet_verdict(problem, step, score, trial);
+    for (const Finding& f : out.search.findings) {
+      if (f.candidate.effect == effect) add_estimate(out.search.final.model, f.candidate, c);
+    }
+    c.verdict = accepted(out, effect) ? "missing"
+                : rival(out, effect)  ? "confusable"
+                                      : quiet_verdict(problem, step, score, trial);
     double d = 1e9;
     for (std::size_t a = 0; a < step.ranking.scores.size(); ++a) {
       if (!(step.ranking.scores[a].candidate == score.candidate)) continue;
@@ -109,12 +119,15 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
     if (d < 1e9) c.distinguishability = d;
     out.candidates.push_back(std::move(c));
   };
-  // Claims first, in their order; then the rest by score.
-  for (const std::size_t k : step.claims) {
+  const auto row_of = [&](std::size_t effect) {
     for (const Score& s : step.ranking.scores) {
-      if (s.candidate.effect == step.trials[k].candidate.effect) row(s);
+      if (s.candidate.effect == effect) row(s);
     }
-  }
+  };
+  // What was accepted first, in its order, then what may stand in its place; then the rest by score.
+  for (const Finding& f : out.search.findings) row_of(f.candidate.effect);
+  for (const Finding& f : out.search.findings) std::for_each(f.rivals.begin(), f.rivals.end(), row_of);
+  for (const std::size_t k : step.claims) row_of(step.trials[k].candidate.effect);
   for (const Score& s : step.ranking.scores) row(s);
 }
 
@@ -131,19 +144,21 @@ std::string listed(const std::vector<std::string>& names) {
   return out;
 }
 
-void explain_claim(const SearchStep& step, Diagnosis& d) {
-  const Trial& best = step.trials[step.confusable.front()];
-  const EffectInfo& info = kEffectInfos[best.candidate.effect];
+void explain_findings(const SearchStep& step, Diagnosis& d) {
+  const EffectInfo& info = kEffectInfos[d.search.findings.front().candidate.effect];
   d.explanation.push_back(fmt::format("{}.", info.sentence));
   std::string values;
   for (const auto& [name, p] : d.candidates.front().estimate)
     values += fmt::format("{}{} = {:.4g} {} (95 %: {:.4g} to {:.4g})", values.empty() ? "" : "; ", name,
                           p.value, p.unit, p.ci95_low, p.ci95_high);
   if (!values.empty()) d.explanation.push_back(fmt::format("{}: {}.", info.equation, values));
-  const double before = chi2_per_value(step.base), after = chi2_per_value(best);
+  std::vector<std::string> also;
+  for (std::size_t k = 1; k < d.search.findings.size(); ++k)
+    also.push_back(name_of(d.search.findings[k].candidate));
+  if (!also.empty()) d.explanation.push_back(fmt::format("Beside it: {}.", listed(also)));
   d.explanation.push_back(fmt::format(
-      "Adding it takes the misfit on records left out from {:.3g} to {:.3g} times what noise leaves.", before,
-      after));
+      "{} takes the misfit on records left out from {:.3g} to {:.3g} times what noise leaves.",
+      also.empty() ? "Adding it" : "Adding them", chi2_per_value(step.base), chi2_per_value(d.search.final)));
   if (d.confusable.size() > 1)
     d.explanation.push_back(fmt::format("These data cannot tell {} apart.", listed(d.confusable)));
 }
@@ -151,7 +166,7 @@ void explain_claim(const SearchStep& step, Diagnosis& d) {
 void suggest(const GlobalProblem& problem, const Model& model, const DiagnoseOptions& options, Diagnosis& d) {
   const RigRange range = options.range.value_or(range_of(problem, model));
   const SearchStep& first = d.search.steps.front();
-  if (first.confusable.size() > 1) d.next_experiment = separating_experiment(problem, first, range);
+  if (d.confusable.size() > 1 && first.confusable.size() > 1) d.next_experiment = separating_experiment(problem, first, range);
   if (d.verdict != "cannot_tell") return;
   std::vector<std::size_t> blind;
   for (const CandidateResult& c : d.candidates) {
@@ -165,10 +180,12 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const double before = chi2_per_value(first.base), after = chi2_per_value(d.search.final);
   const bool inside = after < kBand && d.search.at_floor;
   const double left = before > 1.0 ? std::max(0.0, after - 1.0) / (before - 1.0) : 0.0;
-  if (first.claims.empty()) {
+  if (d.search.findings.empty()) {
     d.verdict = before < kBand ? (few_could_be_seen(d) ? "cannot_tell" : "adequate") : "unknown";
   } else {
-    for (const std::size_t k : first.confusable) d.confusable.push_back(name_of(first.trials[k].candidate));
+    const Finding& main = d.search.findings.front();
+    d.confusable.push_back(name_of(main.candidate));
+    for (const std::size_t k : main.rivals) d.confusable.push_back(kEffectInfos[k].name);
     d.effect = d.confusable.front();
     d.verdict = d.confusable.size() > 1 ? "ambiguous" : "missing";
     const bool moving = !inside && !unstable(problem, d.search.final).empty();
@@ -191,7 +208,7 @@ void explain(const GlobalProblem& problem, Diagnosis& d) {
     d.explanation.push_back(
         fmt::format("The current's noise is {:.2g} times what was declared; the data are believed.",
                     problem.noise().declared_factor));
-  if (!first.claims.empty()) explain_claim(first, d);
+  if (!d.search.findings.empty()) explain_findings(first, d);
   if (d.verdict == "adequate")
     d.explanation.push_back(fmt::format(
         "Nothing is missing that {} records could show: the misfit is {:.3g} times what noise leaves.",

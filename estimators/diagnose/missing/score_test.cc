@@ -99,7 +99,7 @@ Score score_of_local(const GlobalProblem& problem, const WorkingModel& model, co
   Freedom free = model.freedom();
   const auto extra = local_entries(candidate);
   free.local.insert(free.local.end(), extra.begin(), extra.end());
-  const GlobalTerms terms = problem.evaluate(model.at, free, which, model.priors);
+  const GlobalTerms terms = problem.evaluate(model.at, free, which, model.live_priors());
   // Drop of chi2 with everything free, less what the free parameters alone would bring.
   double drop = 0.0;
   for (std::size_t k = 0; k < which.size(); ++k) {
@@ -141,7 +141,7 @@ std::optional<Score> score_of_admitted(const WorkingModel& model, const Candidat
 double base_drop(const GlobalProblem& problem, const WorkingModel& model,
                  const std::vector<std::size_t>& which) {
   const Freedom free = model.freedom();
-  const GlobalTerms terms = problem.evaluate(model.at, free, which, model.priors);
+  const GlobalTerms terms = problem.evaluate(model.at, free, which, model.live_priors());
   double drop = terms.gradient.dot(solve_spd(terms.normal, terms.gradient).col(0));
   for (std::size_t k = 0; k < which.size(); ++k) {
     const auto l = static_cast<Eigen::Index>(problem.locals_of(which[k], free.local).size());
@@ -206,7 +206,7 @@ ScoreTest score_test(const GlobalProblem& problem, const WorkingModel& model,
   for (std::size_t n = 0; n < kScans; ++n) {
     GlobalPoint at = model.at;
     at.shared = scanned(model, n);
-    const GlobalTerms terms = problem.evaluate(at, free, which, model.priors);
+    const GlobalTerms terms = problem.evaluate(at, free, which, model.live_priors());
     scans.push_back(project(terms, fixed, entries));
     const Eigen::MatrixXd whole = terms.normal.bottomRightCorner(static_cast<Eigen::Index>(entries.size()),
                                                                  static_cast<Eigen::Index>(entries.size()));

@@ -3,21 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/diagnose/missing/rivals.h"
+#include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
 
 namespace imrig::est {
 
 namespace {
-
-SearchChange change_of(const GlobalProblem& problem, const WorkingModel& model, std::string text,
-                       std::string effect) {
-  SearchChange out;
-  out.text = std::move(text);
-  out.effect = std::move(effect);
-  out.fitted = judge(problem, model, problem.fitted());
-  out.holdout = judge(problem, model, problem.holdout());
-  return out;
-}
 
 // Effects that the others have made idle go again.
 void prune(const GlobalProblem& problem, Search& search) {
@@ -31,14 +23,78 @@ void prune(const GlobalProblem& problem, Search& search) {
       if (without.left_out_chi2 > search.final.left_out_chi2 * 1.001) continue;
       const std::string name = name_of(c);
       search.final = std::move(without);
-      search.changes.push_back(change_of(problem, search.final.model, "removed " + name, name));
+      note_change(problem, search, "removed " + name, name);
       removed = true;
       break;
     }
   }
 }
 
+// What is active is made as rich as the data ask, now that the others are there too.
+void enrich_all(const GlobalProblem& problem, Search& search) {
+  const std::vector<Candidate> active = search.final.model.active;
+  for (const Candidate& c : active) {
+    if (inside_band(search.final)) return;
+    Trial richer = enriched(problem, search.final, c.effect);
+    if (richer.left_out_chi2 >= search.final.left_out_chi2) continue;
+    search.final = std::move(richer);
+    note_change(problem, search, "made " + name_of(c) + " richer: " + form_of(search.final.candidate).name,
+                name_of(c));
+  }
+}
+
+// A temperature whose law leaves too much gets a value for each record.
+void free_temperatures(const GlobalProblem& problem, Search& search) {
+  const std::vector<Candidate> active = search.final.model.active;
+  for (const Candidate& c : active) {
+    const auto forms = kEffectInfos[c.effect].forms;
+    for (std::size_t f = 0; f < forms.size() && !form_of(c).local; ++f) {
+      if (!forms[f].local) continue;
+      Trial freed = try_form(problem, search.final.model, {c.effect, f}, problem.fitted());
+      if (!worth_its_values(problem, freed, search.final)) continue;
+      search.final = std::move(freed);
+      note_change(problem, search, "made " + name_of(c) + " a value " + forms[f].name, name_of(c));
+    }
+  }
+}
+
+void accept(const GlobalProblem& problem, Search& search) {
+  const SearchStep& step = search.steps.back();
+  search.final = step.trials[step.claims.front()];
+  const Candidate& c = search.final.candidate;
+  note_change(problem, search, "added " + name_of(c) + ", " + form_of(c).name, name_of(c));
+  enrich_all(problem, search);
+  prune(problem, search);
+}
+
+void add_one_by_one(const GlobalProblem& problem, const SearchOptions& options, Search& search) {
+  bool by_record = !problem.has_stator_C();
+  for (std::size_t n = 0; n <= options.most_effects;) {
+    search.steps.push_back(search_step(problem, search.final, by_record, options.report));
+    if (!search.steps.back().claims.empty()) {
+      search.cut_short = n == options.most_effects;
+      if (search.cut_short) return;
+      accept(problem, search);
+      ++n;
+      continue;
+    }
+    if (by_record || inside_band(search.final)) return;
+    by_record = true;
+    free_temperatures(problem, search);
+  }
+}
+
 }  // namespace
+
+void note_change(const GlobalProblem& problem, Search& search, std::string text, std::string effect) {
+  search.changes.push_back({std::move(text), std::move(effect),
+                            judge(problem, search.final.model, problem.fitted()),
+                            judge(problem, search.final.model, problem.holdout())});
+}
+
+bool inside_band(const Trial& trial) {
+  return trial.left_out_chi2 < kBand * static_cast<double>(trial.model.fit.values);
+}
 
 Search search(const GlobalProblem& problem, const WorkingModel& start, const SearchOptions& options) {
   Search out;
@@ -49,22 +105,9 @@ Search search(const GlobalProblem& problem, const WorkingModel& start, const Sea
   if (!out.final.sound)
     throw Error("model", "cannot be fitted to these data: " + out.final.unsound,
                 "identify it from them first");
-  out.changes.push_back(change_of(problem, out.final.model, "as it came, refitted", ""));
-  for (std::size_t n = 0; n <= options.most_effects; ++n) {
-    out.steps.push_back(search_step(problem, out.final, options.report));
-    SearchStep& step = out.steps.back();
-    if (step.claims.empty()) break;
-    if (n == options.most_effects) {
-      out.cut_short = true;
-      break;
-    }
-    const Trial& best = step.trials[step.claims.front()];
-    const std::string name = name_of(best.candidate);
-    out.changes.push_back(
-        change_of(problem, best.model, "added " + name + ", " + form_of(best.candidate).name, name));
-    out.final = best;
-    prune(problem, out);
-  }
+  note_change(problem, out, "as it came, refitted", "");
+  add_one_by_one(problem, options, out);
+  settle_rivals(problem, start, out);
   Trial last_fit = finished(problem, out.final.model, problem.fitted());
   if (last_fit.sound) out.final = std::move(last_fit);
   const SearchChange& last = out.changes.back();

@@ -1,6 +1,9 @@
 #pragma once
-// The whole search: add the best claim, try its richer forms, try removing what has become idle, look again;
-// until nothing can be claimed. DIAGNOSIS: choose on records left out, never by the fit alone.
+// The whole search: add the best claim, try richer forms of all that is active, try removing what has become
+// idle, look again; until nothing can be claimed. Temperatures that a sensor may stand for are first tried as
+// a law of that sensor; a value for each record explains too much too easily. In the end each accepted effect
+// is tried against its rivals beside all the others. Choices are made on records left out, never by the fit
+// alone.
 
 #include <vector>
 
@@ -20,8 +23,15 @@ struct SearchChange {
   Judgement fitted, holdout;
 };
 
+// An effect that was accepted, and those that may stand in its place beside the other accepted ones.
+struct Finding {
+  Candidate candidate;
+  std::vector<std::size_t> rivals;
+};
+
 struct Search {
   std::vector<SearchStep> steps;      // the last one claims nothing, unless the search was cut short
+  std::vector<Finding> findings;      // in the order of their acceptance
   std::vector<SearchChange> changes;  // the first is the model as it came
   Trial final;
   bool cut_short = false;
@@ -30,6 +40,12 @@ struct Search {
 
 // chi2 a value that noise may leave: noise is never known better than this.
 inline constexpr double kBand = 1.3;
+
+// Writes down where search.final stands now.
+void note_change(const GlobalProblem& problem, Search& search, std::string text, std::string effect);
+
+// What noise leaves of the misfit on records left out.
+bool inside_band(const Trial& trial);
 
 Search search(const GlobalProblem& problem, const WorkingModel& start, const SearchOptions& options);
 

@@ -15,6 +15,7 @@ constexpr double kShareWorthTrying = 0.03;  // of the largest lambda
 constexpr double kLargeShare = 0.05;        // of the misfit
 constexpr double kLocalGain = 4.0;          // drop of chi2 for each record's own unknown, in the same units
 constexpr double kRicherGain = 0.02;        // share of the excess that a richer form must take away
+constexpr double kRicherTold = 0.7;         // one record at the far end may carry it all
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
 constexpr double kLocalTold = 1.5;  // a few records may carry it all
@@ -46,15 +47,16 @@ bool worth_trying(const GlobalProblem& problem, const Score& score, const Trial&
   return size > 0.5;
 }
 
+bool worth_its_values(const Trial& with, const Trial& base, std::size_t records) {
+  const double own = static_cast<double>(records * local_entries(with.candidate).size());
+  return base.chi2 - with.chi2 > kLocalGain * own * scale_of(with) && surely_better(with, base) > kLocalTold;
+}
+
 bool claimable(const Trial& trial, const Trial& base, std::size_t records) {
   if (!trial.sound || trial.size < 1.0) return false;
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
-  if (form_of(trial.candidate).local) {
-    const double own = static_cast<double>(records * local_entries(trial.candidate).size());
-    return base.chi2 - trial.chi2 > kLocalGain * own * scale_of(trial) &&
-           surely_better(trial, base) > kLocalTold;
-  }
+  if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
   return trial.wald > kSure && surely_better(trial, base) > 1.0 && base.left_out_chi2 > trial.left_out_chi2;
 }
 
@@ -86,8 +88,7 @@ void find_confusable(SearchStep& step, double values) {
     });
     if (named) continue;
     if (form_of(best.candidate).local != form_of(other.candidate).local) continue;  // decided by prefer_laws
-    const double behind = other.left_out_chi2 - best.left_out_chi2;
-    if (surely_better(best, other) < kTold || behind < kSameShare * whole) step.confusable.push_back(k);
+    if (same_worth(best, other, whole, values)) step.confusable.push_back(k);
   }
 }
 
@@ -124,6 +125,17 @@ void sort_and_claim(SearchStep& step, std::size_t records) {
 
 }  // namespace
 
+bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Trial& base) {
+  return with.sound && worth_its_values(with, base, problem.fitted().size());
+}
+
+bool same_worth(const Trial& best, const Trial& other, double whole, double values) {
+  if (surely_better(best, other) < kTold) return true;
+  // What the best itself leaves over tells how little its form can be trusted.
+  const double behind = other.left_out_chi2 - best.left_out_chi2;
+  return behind < std::min(kSameShare * whole, excess(best, values));
+}
+
 Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect) {
   Trial best = trial;
   const auto forms = kEffectInfos[effect].forms;
@@ -133,7 +145,8 @@ Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t eff
     const double values = static_cast<double>(best.model.fit.values);
     const double won = best.left_out_chi2 - richer.left_out_chi2;
     const double above = std::max(0.0, best.left_out_chi2 - values);
-    if (richer.sound && won > kRicherGain * above && won > kSure * kSure && surely_better(richer, best) > 1.0)
+    if (richer.sound && won > kRicherGain * above && won > kSure * kSure &&
+        surely_better(richer, best) > kRicherTold)
       best = std::move(richer);
   }
   return best;
@@ -141,7 +154,8 @@ Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t eff
 
 double excess(const Trial& trial, double values) { return std::max(0.0, trial.left_out_chi2 - values); }
 
-std::vector<Candidate> candidates_for(const GlobalProblem& problem, const WorkingModel& model) {
+std::vector<Candidate> candidates_for(const GlobalProblem& problem, const WorkingModel& model,
+                                      bool by_record) {
   const bool series = std::any_of(problem.entries().begin(), problem.entries().end(),
                                   [](const auto& e) { return e.series != nullptr; });
   std::vector<Candidate> out;
@@ -154,7 +168,7 @@ std::vector<Candidate> candidates_for(const GlobalProblem& problem, const Workin
     const bool heat = name == "rotor_heating" || name == "stator_heating";
     for (std::size_t f = 0; f < info.forms.size(); ++f) {
       if (info.forms[f].richer) continue;
-      if (heat && !info.forms[f].local && !problem.has_stator_C()) continue;
+      if (heat && (info.forms[f].local ? !by_record : !problem.has_stator_C())) continue;
       if (info.forms[f].local && !series) continue;
       out.push_back({k, f});
     }
@@ -162,7 +176,7 @@ std::vector<Candidate> candidates_for(const GlobalProblem& problem, const Workin
   return out;
 }
 
-SearchStep search_step(const GlobalProblem& problem, Trial base, const SearchReport& report) {
+SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record, const SearchReport& report) {
   SearchStep step;
   const auto which = problem.fitted();
   const auto tell = [&](const std::string& what, std::size_t done, std::size_t total) {
@@ -170,7 +184,8 @@ SearchStep search_step(const GlobalProblem& problem, Trial base, const SearchRep
   };
   step.base = std::move(base);
   tell("ranking", 0, 1);
-  step.ranking = score_test(problem, step.base.model, candidates_for(problem, step.base.model), which);
+  step.ranking =
+      score_test(problem, step.base.model, candidates_for(problem, step.base.model, by_record), which);
   std::vector<const Score*> wanted;
   const double largest = step.ranking.scores.empty() ? 0.0 : step.ranking.scores.front().lambda;
   const double least =

@@ -35,13 +35,21 @@ struct SearchStep {
       confusable;  // trials that cannot be told from the best, itself first; empty without a claim
 };
 
-// Forms of inactive effects that these data can show at all.
-std::vector<Candidate> candidates_for(const GlobalProblem& problem, const WorkingModel& model);
+// Forms of inactive effects that these data can show at all. by_record: temperatures as one value for each
+// record too, where a law could stand for them.
+std::vector<Candidate> candidates_for(const GlobalProblem& problem, const WorkingModel& model,
+                                      bool by_record);
 
-SearchStep search_step(const GlobalProblem& problem, Trial base, const SearchReport& report);
+SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record, const SearchReport& report);
+
+// Whether a form that frees a value for each record wins enough for that many values.
+bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Trial& base);
 
 // Richer forms of one active effect, kept where records left out ask for them.
 Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect);
+
+// Whether records left out cannot tell another model from the best. whole: excess without either.
+bool same_worth(const Trial& best, const Trial& other, double whole, double values);
 
 // Excess of chi2 over what the best of these fits leaves a value.
 double excess(const Trial& trial, double values);

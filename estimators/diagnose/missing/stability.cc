@@ -50,7 +50,7 @@ std::vector<Unstable> unstable(const GlobalProblem& problem, const Trial& trial)
   std::vector<Unstable> out;
   const auto which = problem.fitted();
   const Freedom free = trial.model.freedom();
-  const GlobalTerms terms = problem.evaluate(trial.model.at, free, which, trial.model.priors);
+  const GlobalTerms terms = problem.evaluate(trial.model.at, free, which, trial.model.live_priors());
   for (const NamedCondition& condition : record_conditions(problem, trial.model.at.shared[0], which)) {
     std::vector<std::size_t> order;
     for (std::size_t k = 0; k < which.size(); ++k) {

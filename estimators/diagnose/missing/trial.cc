@@ -90,12 +90,25 @@ void add_local_strength(const GlobalProblem& problem, const std::vector<std::siz
   if (n > 0) trial.size = std::sqrt(size2 / static_cast<double>(n));
 }
 
+WorkingModel without(const WorkingModel& model, std::size_t effect) {
+  WorkingModel next = model;
+  std::erase_if(next.active, [&](const Candidate& c) { return c.effect == effect; });
+  for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
+    if (shared_parameter(e).role == Role::kAmplitude) next.at.shared[e] = shared_parameter(e).neutral;
+  }
+  for (LocalVector<double>& local : next.at.local) {
+    for (std::size_t e = kLocalPlace[effect]; e < kLocalPlace[effect + 1]; ++e)
+      local[e] = local_parameter(e).neutral;
+  }
+  return next;
+}
+
 Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& candidate,
           const std::vector<std::size_t>& which, bool last = false) {
   Trial trial;
   trial.candidate = candidate;
   GlobalFitOptions options;
-  options.priors = model.priors;
+  options.priors = model.live_priors();
   if (!last) {
     options.tolerance = kTrialTolerance;
     options.enough = kTrialEnough;
@@ -138,9 +151,6 @@ Trial try_adding(const GlobalProblem& problem, const WorkingModel& model, const 
   next.at.shared = model.at.shared;
   const SharedVector<double> shapes = scanned(model, score.scan);
   next.active.push_back(score.candidate);
-  std::erase_if(next.priors, [&](const Prior& p) {
-    return p.entry >= kBase && effect_of_shared(p.entry) == score.candidate.effect;
-  });
   for (std::size_t e = kSharedPlace[score.candidate.effect]; e < kSharedPlace[score.candidate.effect + 1];
        ++e) {
     if (shared_parameter(e).role == Role::kShape) next.at.shared[e] = shapes[e];
@@ -170,16 +180,18 @@ Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Ca
 
 Trial try_removing(const GlobalProblem& problem, const WorkingModel& model, std::size_t effect,
                    const std::vector<std::size_t>& which) {
-  WorkingModel next = model;
-  std::erase_if(next.active, [&](const Candidate& c) { return c.effect == effect; });
-  for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
-    if (shared_parameter(e).role == Role::kAmplitude) next.at.shared[e] = shared_parameter(e).neutral;
-  }
-  for (LocalVector<double>& local : next.at.local) {
-    for (std::size_t e = kLocalPlace[effect]; e < kLocalPlace[effect + 1]; ++e)
-      local[e] = local_parameter(e).neutral;
-  }
+  WorkingModel next = without(model, effect);
   return run(problem, std::move(next), next.active.empty() ? Candidate{} : next.active.back(), which);
+}
+
+Trial try_swapping(const GlobalProblem& problem, const WorkingModel& model, std::size_t effect,
+                   const Trial& source, const std::vector<std::size_t>& which) {
+  WorkingModel next = without(model, effect);
+  next.active.push_back(source.candidate);
+  const std::size_t in = source.candidate.effect;
+  for (std::size_t e = kSharedPlace[in]; e < kSharedPlace[in + 1]; ++e)
+    next.at.shared[e] = source.model.at.shared[e];
+  return run(problem, std::move(next), source.candidate, which);
 }
 
 Judgement judge(const GlobalProblem& problem, const WorkingModel& model,

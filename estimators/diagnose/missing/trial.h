@@ -49,6 +49,11 @@ Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Ca
 Trial try_removing(const GlobalProblem& problem, const WorkingModel& model, std::size_t effect,
                    const std::vector<std::size_t>& which);
 
+// With one active effect in another's place; the newcomer starts from where `source`, a fit that had it, left
+// it.
+Trial try_swapping(const GlobalProblem& problem, const WorkingModel& model, std::size_t effect,
+                   const Trial& source, const std::vector<std::size_t>& which);
+
 // What the model makes of entries whose own unknowns are estimated and nothing else.
 Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
                 const std::vector<std::size_t>& which);

@@ -86,7 +86,7 @@ Unexplained describe_unexplained(const GlobalProblem& problem, const Trial& tria
   out.channel = "current_A";
   const auto which = problem.fitted();
   const GlobalTerms terms =
-      problem.evaluate(trial.model.at, trial.model.freedom(), which, trial.model.priors);
+      problem.evaluate(trial.model.at, trial.model.freedom(), which, trial.model.live_priors());
   std::vector<double> misfit;
   for (const RecordTerms& r : terms.records)
     misfit.push_back(r.chi2 / std::max<double>(1.0, static_cast<double>(r.values)));

@@ -98,6 +98,12 @@ Freedom WorkingModel::freedom() const {
   return free;
 }
 
+std::vector<Prior> WorkingModel::live_priors() const {
+  std::vector<Prior> out = priors;
+  std::erase_if(out, [this](const Prior& p) { return p.entry >= kBase && has(effect_of_shared(p.entry)); });
+  return out;
+}
+
 bool WorkingModel::has(std::size_t effect) const {
   return std::any_of(active.begin(), active.end(), [&](const Candidate& c) { return c.effect == effect; });
 }

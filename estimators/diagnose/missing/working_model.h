@@ -34,6 +34,7 @@ struct WorkingModel {
       nuisances;  // entries that are free inside their accuracy, unless their effect is active
 
   Freedom freedom() const;
+  std::vector<Prior> live_priors() const;  // without those of active effects
   bool has(std::size_t effect) const;
 };
 

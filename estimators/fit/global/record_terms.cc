@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/fit/global/driven_motion.h"
 #include "rig/base/error.h"
 
 namespace imrig::est {
@@ -27,22 +28,27 @@ extern template RecordTerms record_terms_n<40>(const DrivenRecord&, const Whiten
 RecordTerms record_terms(const DrivenRecord& record, const Whitener& whitener, int steps,
                          const SharedVector<double>& shared, const LocalVector<double>& local,
                          const Lanes& lanes, RecordTrace* trace) {
-  const std::size_t n = lanes.size();
+  // Every state needs a lane, wanted or not.
+  const std::size_t states = has_deep_layer(shared, lanes.shared) ? 6 : 4;
+  const auto wanted =
+      std::count_if(lanes.local.begin(), lanes.local.end(), [&](auto e) { return e < states; });
+  const std::size_t n = lanes.size() + states - static_cast<std::size_t>(wanted);
   const auto run = n <= 8    ? record_terms_n<8>
                    : n <= 16 ? record_terms_n<16>
                    : n <= 24 ? record_terms_n<24>
                              : record_terms_n<40>;
-  if (n > kMostLanes) throw Error("global fit", "has more unknowns than one evaluation takes");
+  if (n > 40) throw Error("global fit", "has more unknowns than one evaluation takes");
   return run(record, whitener, steps, shared, local, lanes, trace);
 }
 
 int steps_for(const DrivenRecord& record, const SharedVector<double>& shared) {
-  constexpr double kMaxRateStep = 0.25;  // RK4 then errs by 1e-5 of what still moves in the frame
+  constexpr double kMaxRateStep = 0.55;  // half of it errs by 1e-5 of what still moves in the frame
   double fastest = 0.0;
   for (const double w : record.frame.w_r)
     fastest = std::max({fastest, std::abs(w), std::abs(w - record.frame.w_k)});
-  const double rate =
+  double rate =
       (shared[0] + shared[1]) / shared[2] + shared[1] / shared[3] + fastest + std::abs(record.frame.w_k);
+  if (has_deep_layer(shared, {})) rate += deep_layer_rate(shared);
   return static_cast<int>(
       std::clamp(std::ceil(rate * record.frame.sample_time_s / kMaxRateStep), 1.0, 200.0));
 }

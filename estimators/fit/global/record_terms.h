@@ -36,13 +36,13 @@ struct RecordTrace {
   bool want_rows = false;
 };
 
-// steps: integration steps per sample.
+// steps: integration steps per sample (driven_motion.h).
 RecordTerms record_terms(const DrivenRecord& record, const Whitener& whitener, int steps,
                          const SharedVector<double>& shared, const LocalVector<double>& local,
                          const Lanes& lanes, RecordTrace* trace = nullptr);
 
-// The largest number of lanes one call takes.
-inline constexpr std::size_t kMostLanes = 40;
+// The largest number of lanes one call takes when the four initial fluxes are among them.
+inline constexpr std::size_t kMostLanes = 38;
 
 // Enough steps for the machine's fastest motion.
 int steps_for(const DrivenRecord& record, const SharedVector<double>& shared);

@@ -45,6 +45,10 @@ class EffectMachine {
 
   State initial() const { return {{local_[0], local_[1]}, {local_[2], local_[3]}, {local_[4], local_[5]}}; }
 
+  // Whether the bar's deep layer carries a current.
+  bool layered() const { return layered_; }
+  T layer_rate() const { return corner_ * (1.0 + rise_); }  // rad/s
+
   // Everything that follows from a state and its inputs at one instant.
   struct Inside {
     T w_r{};
@@ -83,7 +87,10 @@ class EffectMachine {
   }
 
   State derivative(const State& x, std::complex<double> v, double w_r, const Instant& at) const {
-    const Inside in = inside(x, v, w_r, at);
+    return derivative(x, inside(x, v, w_r, at), at);
+  }
+
+  State derivative(const State& x, const Inside& in, const Instant& at) const {
     T rotor(1.0);
     Cx<T> asymmetry;
     each([&](const auto& law) {
@@ -104,8 +111,8 @@ class EffectMachine {
   }
 
   // A, in the frame, as the sensors show it.
-  Cx<T> measured_current(const State& x, std::complex<double> v, double w_r, const Instant& at) const {
-    Cx<T> i = inside(x, v, w_r, at).i;
+  Cx<T> measured_current(const Inside& in, const Instant& at) const {
+    Cx<T> i = in.i;
     each([&](const auto& law) { law.measured_current(i, at); });
     return i;
   }
