@@ -146,11 +146,13 @@ void tell(const DataSet& data, CompareResult& result) {
     result.notes.push_back(
         fmt::format("{} of {} records could not be compared", left_out, result.records.size()));
   if (unknown > 0) {
-    result.notes.push_back(
-        fmt::format("{} records have no noise floor: neither a repeat nor noise.current_A tells their noise, "
-                    "so errors are "
-                    "relative statements only",
-                    unknown));
+    result.notes.push_back(fmt::format(
+        "{} record{} no noise floor: neither a repeat nor noise.current_A tells the noise, so errors "
+        "are relative statements only",
+        unknown, unknown == 1 ? " has" : "s have"));
+  }
+  for (const Record& record : data.records) {
+    for (const auto& warning : record.warnings) result.notes.push_back(record.id + ": " + warning);
   }
 }
 

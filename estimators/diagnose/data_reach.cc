@@ -93,7 +93,8 @@ std::vector<std::string> data_reach(const DataSet& data, const CompareResult& re
   if (count([](const Record& r) { return !r.series.i.empty(); }) == 0)
     out.push_back(
         "points only: no offset, unbalance, dead time or broken bar can show, and no line of the error");
-  if (std::isnan(data.noise.voltage_V) && count([](const Record& r) { return !r.series.i.empty(); }) > 0)
+  if (!std::isnan(data.noise.current_A) && std::isnan(data.noise.voltage_V) &&
+      count([](const Record& r) { return !r.series.i.empty(); }) > 0)
     out.push_back(
         "noise.voltage_V is not declared: what voltage noise does to the current is missing in the floor");
   if (count([](const Record& r) { return r.holdout; }) == 0)

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -18,6 +19,8 @@
 namespace imrig {
 
 namespace {
+
+constexpr std::size_t kNotes = 8;
 
 struct Options {
   std::string model;
@@ -81,9 +84,19 @@ void print_points(const est::ComparedRecord& record) {
 
 void print_pooled(const char* name, const est::PooledResult& pooled) {
   if (pooled.records == 0) return;
-  fmt::print("{}: {} record{}, current error {} % of the signal, noise floor {} %, chi2/dof {}\n", name,
-             pooled.records, pooled.records == 1 ? "" : "s", percent(pooled.nrmse),
-             percent(pooled.floor_nrmse), shown(pooled.chi2_per_dof, 3));
+  const std::string floor = std::isnan(pooled.floor_nrmse)
+                                ? "noise floor not known"
+                                : fmt::format("noise floor {} %, chi2/dof {}", percent(pooled.floor_nrmse),
+                                              shown(pooled.chi2_per_dof, 3));
+  fmt::print("{}: {} record{}, current error {} % of the signal, {}\n", name, pooled.records,
+             pooled.records == 1 ? "" : "s", percent(pooled.nrmse), floor);
+}
+
+void print_notes(const std::vector<std::string>& notes) {
+  for (std::size_t k = 0; k < std::min(kNotes, notes.size()); ++k)
+    fmt::print("note: {}\n", printable(notes[k]));
+  if (notes.size() > kNotes)
+    fmt::print("note: {} more; imrig info tells what looks wrong in the data\n", notes.size() - kNotes);
 }
 
 void print_text(const est::CompareResult& result) {
@@ -102,7 +115,7 @@ void print_text(const est::CompareResult& result) {
     if (!record.left_out.empty())
       fmt::print("left out: {}: {}\n", printable(record.id), printable(record.left_out));
   }
-  for (const auto& note : result.notes) fmt::print("note: {}\n", printable(note));
+  print_notes(result.notes);
   if (!result.reach.empty()) fmt::print("what these data cannot reveal:\n");
   for (const auto& sentence : result.reach) fmt::print("  {}\n", printable(sentence));
 }
