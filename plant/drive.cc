@@ -304,8 +304,10 @@ void Drive::turn_as(const double* x, Flow& flow, Motion as) const {
   }
   generator_.flow(x[kPsiD], x[kPsiQ], x[kPsiF], at.coupling.w_generator, field_V, flow.generator);
   at.generator_Nm = flow.generator.shaft_Nm;
-  at.drag_Nm = 0.0, at.motion = as;
-  for (const auto& slot : effects_.drag()) slot.effect->drag(at, own + slot.offset, at.drag_Nm);
+  at.motion = as;
+  double drag_Nm = 0.0;
+  for (const auto& slot : effects_.drag()) drag_Nm += slot.effect->drag_Nm(at, own + slot.offset);
+  at.drag_Nm = drag_Nm;
   if (as == Motion::kResting) at.drag_Nm = at.torque_Nm + load_Nm(at);  // it holds
 }
 
@@ -338,15 +340,20 @@ void Drive::connect(const double* x, Flow& flow) const {
 
 double Drive::pull_at_rest_Nm(const State& x, const Flow& now) const {
   Conditions at = now.at;
-  at.motion = Motion::kBySpeed, at.drag_Nm = 0.0;
-  for (const auto& slot : effects_.drag()) slot.effect->drag(at, own(x, slot), at.drag_Nm);
-  return at.torque_Nm + load_Nm(at) - at.drag_Nm;
+  at.motion = Motion::kBySpeed;
+  double pull_Nm = at.torque_Nm + load_Nm(at);
+  for (const auto& slot : effects_.drag()) pull_Nm -= slot.effect->drag_Nm(at, own(x, slot));
+  return pull_Nm;
+}
+
+// Those of the motor's fluxes: nothing of the shaft enters.
+void Drive::flux_rates(const Flow& now, double* __restrict dx) {
+  dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
+  dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
 }
 
 template <Drive::Shape kShape>
-void Drive::rates_as(const double* x, Flow& now, double* dx, const double* held) const {
-  dx[kPsiS] = now.dpsi_s.real(), dx[kPsiS + 1] = now.dpsi_s.imag();
-  dx[kPsiR] = now.at.dpsi_r.real(), dx[kPsiR + 1] = now.at.dpsi_r.imag();
+void Drive::other_rates(const double* x, Flow& now, double* __restrict dx, const double* held) const {
   const double torque = now.at.torque_Nm + load_Nm(now.at) - now.at.drag_Nm;
   const bool fixed = shaft_is_held() || shaft == Motion::kResting;
   dx[kSpeed] = fixed ? 0.0 : torque * per_J_;
@@ -369,16 +376,20 @@ void Drive::rates_as(const double* x, Flow& now, double* dx, const double* held)
 }
 
 void Drive::rates(const double* x, Flow& now, double* dx, const double* held) const {
-  shaped([&](auto shape) { rates_as<shape()>(x, now, dx, held); });
+  flux_rates(now, dx);
+  shaped([&](auto shape) { other_rates<shape()>(x, now, dx, held); });
 }
 
 // The innermost function of the plant: everything it calls is taken into it.
 template <Drive::Shape kShape>
-[[gnu::flatten]] void Drive::derivatives_as(const double* x, double* dx, Memory& memory) const {
+[[gnu::flatten]] void Drive::derivatives_as(const double* __restrict x, double* __restrict dx,
+                                            Memory& memory) const {
   settle_as<kShape>(x, &memory.magnetics, memory.flow);
-  turn_as<kShape>(x, memory.flow, shaft);
   connect_as<kShape>(x, memory.flow);
-  rates_as<kShape>(x, memory.flow, dx, memory.held);
+  flux_rates(memory.flow,
+             dx);  // before a hook of the shaft is called: what a call follows goes through memory
+  turn_as<kShape>(x, memory.flow, shaft);
+  other_rates<kShape>(x, memory.flow, dx, memory.held);
 }
 
 void Drive::derivatives(const double* x, double* dx, Memory& memory) const {

@@ -115,7 +115,8 @@ class Drive {
   template <Shape>
   void connect_as(const double* x, Flow& flow) const;
   template <Shape>
-  void rates_as(const double* x, Flow& flow, double* dx, const double* held) const;
+  void other_rates(const double* x, Flow& flow, double* dx, const double* held) const;
+  static void flux_rates(const Flow& now, double* dx);
   template <Shape>
   void derivatives_as(const double* x, double* dx, Memory& memory) const;
   template <Shape>

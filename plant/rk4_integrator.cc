@@ -6,10 +6,16 @@
 namespace imrig::plant {
 namespace {
 
-// None of the arrays overlaps another.
+// None of the arrays overlaps another. The rates were stored one by one, and a vector read back from such
+// stores waits for them: worth it only with many states.
 void line(std::size_t n, const double* __restrict x, double h, const double* __restrict slope,
           double* __restrict to) {
-  for (std::size_t k = 0; k < n; ++k) to[k] = x[k] + h * slope[k];
+  if (n == kOwn) {
+#pragma GCC unroll 9
+    for (std::size_t k = 0; k < kOwn; ++k) to[k] = x[k] + h * slope[k];
+  } else {
+    for (std::size_t k = 0; k < n; ++k) to[k] = x[k] + h * slope[k];
+  }
 }
 
 void mean(std::size_t n, const double* __restrict k1, const double* __restrict k2,

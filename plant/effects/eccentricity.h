@@ -44,8 +44,8 @@ class Eccentricity final : public Effect {
     i.s += extra, i.r += extra;
   }
   // Its own torque; the hook takes what brakes. Over a turn it gives back what it takes.
-  void drag(const Conditions& at, const double* /*own*/, double& torque_Nm) const override {
-    torque_Nm += 0.75 * slope(at.angle, at.L_m) * std::norm(gap(at));
+  double drag_Nm(const Conditions& at, const double* /*own*/) const override {
+    return 0.75 * slope(at.angle, at.L_m) * std::norm(gap(at));
   }
   void losses(const Conditions& at, const double* /*own*/, Losses& heat) const override {
     heat.friction_W -= 0.75 * slope(at.angle, at.L_m) * std::norm(gap(at)) * at.w_mech;

@@ -82,7 +82,7 @@ struct Conditions {
   Motion motion = Motion::kBySpeed;
   double generator_Nm =
       0.0;               // the generator's torque on its own shaft, negative where it brakes positive speed
-  double drag_Nm = 0.0;  // after drag()
+  double drag_Nm = 0.0;  // after drag_Nm()
   std::complex<double> v_s;  // V, after applied_voltage()
   Losses losses;             // after losses(); filled where an effect reads them and for powers() only
 };
@@ -149,9 +149,9 @@ class Effect {
   virtual void resistances(const Conditions&, const double* /*own*/, Resistances&) const {}
   // With gates on only: v is what the inverter was asked for, after its limit.
   virtual void applied_voltage(const Conditions&, const double* /*own*/, std::complex<double>& /*v*/) const {}
-  // Adds to the torque that brakes positive speed. It must take energy from the shaft, never give it.
-  virtual void drag(const Conditions&, const double* /*own*/, double& /*torque_Nm*/) const {}
-  // Torque up to which it holds a shaft at rest. Its drag() then has the sense of Conditions::motion.
+  // Torque that brakes positive speed. It must take energy from the shaft, never give it.
+  virtual double drag_Nm(const Conditions&, const double* /*own*/) const { return 0.0; }
+  // Torque up to which it holds a shaft at rest. Its drag_Nm() then has the sense of Conditions::motion.
   virtual double break_away_Nm() const { return 0.0; }
   virtual std::size_t states() const { return 0; }
   virtual void initial(double* /*own*/) const {}

@@ -29,10 +29,10 @@ class Friction final : public Effect {
             {"width_rad_s", "rad/s", config_.width_rad_s}};
   }
   double break_away_Nm() const override { return config_.width_rad_s > 0.0 ? 0.0 : config_.coulomb_Nm; }
-  void drag(const Conditions& at, const double* /*own*/, double& torque_Nm) const override {
+  double drag_Nm(const Conditions& at, const double* /*own*/) const override {
     const double w = at.w_mech, w_0 = config_.width_rad_s;
     const double share = w_0 > 0.0 ? w / std::sqrt(w * w + w_0 * w_0) : sense(at);
-    torque_Nm += config_.coulomb_Nm * share + config_.viscous_Nms * w;
+    return config_.coulomb_Nm * share + config_.viscous_Nms * w;
   }
 
  private:

@@ -31,10 +31,10 @@ class StickSlip final : public Effect {
             {"stribeck_rad_s", "rad/s", config_.stribeck_rad_s}};
   }
   double break_away_Nm() const override { return config_.break_away_Nm; }
-  void drag(const Conditions& at, const double* /*own*/, double& torque_Nm) const override {
+  double drag_Nm(const Conditions& at, const double* /*own*/) const override {
     const double s = at.w_mech / config_.stribeck_rad_s;
     const double level = config_.coulomb_Nm + (config_.break_away_Nm - config_.coulomb_Nm) * std::exp(-s * s);
-    torque_Nm += level * sense(at);
+    return level * sense(at);
   }
 
  private:

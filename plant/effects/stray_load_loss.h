@@ -43,8 +43,8 @@ class StrayLoadLoss final : public Effect {
             {"rated_rpm", "rpm", config_.rated_rpm},
             {"exponent", "1", config_.exponent}};
   }
-  void drag(const Conditions& at, const double* /*own*/, double& torque_Nm) const override {
-    torque_Nm += torque(at);
+  double drag_Nm(const Conditions& at, const double* /*own*/) const override {
+    return torque(at);
   }
   // The core has counted it as friction.
   void losses(const Conditions& at, const double* /*own*/, Losses& heat) const override {

@@ -26,9 +26,9 @@ class Windage final : public Effect {
     return {{"quadratic_Nms2", "Nm s^2/rad^2", config_.quadratic_Nms2},
             {"cubic_Nms3", "Nm s^3/rad^3", config_.cubic_Nms3}};
   }
-  void drag(const Conditions& at, const double* /*own*/, double& torque_Nm) const override {
+  double drag_Nm(const Conditions& at, const double* /*own*/) const override {
     const double w = at.w_mech;
-    torque_Nm += (config_.quadratic_Nms2 * std::abs(w) + config_.cubic_Nms3 * w * w) * w;
+    return (config_.quadratic_Nms2 * std::abs(w) + config_.cubic_Nms3 * w * w) * w;
   }
 
  private:

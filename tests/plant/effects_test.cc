@@ -184,9 +184,7 @@ TEST(Friction, BrakesBothDirectionsAndVanishesAtRest) {
   const auto torque = [&](double w, double width_rad_s) {
     Conditions at;
     at.w_mech = w;
-    double T = 0.0;
-    Friction({0.3, 0.002, width_rad_s}).drag(at, nullptr, T);
-    return T;
+    return Friction({0.3, 0.002, width_rad_s}).drag_Nm(at, nullptr);
   };
   for (const double width_rad_s : {0.0, 0.2}) {
     EXPECT_EQ(torque(0.0, width_rad_s), 0.0);

@@ -101,9 +101,7 @@ TEST(StrayLoadLoss, BrakesBothDirectionsAndRestsAtRest) {
   const auto torque = [&](double w) {
     Conditions at;
     at.w_mech = w, at.i.s = 10.0;
-    double T = 0.0;
-    stray.drag(at, nullptr, T);
-    return T;
+    return stray.drag_Nm(at, nullptr);
   };
   EXPECT_EQ(torque(0.0), 0.0);
   EXPECT_NEAR(torque(100.0), 75.0 / rad_s_of_rpm(1800.0), 1e-5);

@@ -197,9 +197,7 @@ TEST(StickSlip, FallsFromBreakAwayToCoulomb) {
   const auto torque = [&](double w, Motion motion = Motion::kBySpeed) {
     Conditions at;
     at.w_mech = w, at.motion = motion;
-    double T = 0.0;
-    bearing.drag(at, nullptr, T);
-    return T;
+    return bearing.drag_Nm(at, nullptr);
   };
   EXPECT_EQ(torque(0.0), 0.0);
   EXPECT_EQ(torque(0.0, Motion::kResting), 0.0);

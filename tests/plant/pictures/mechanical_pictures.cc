@@ -20,11 +20,7 @@ PlantConfig fixed_step() {
   return c;
 }
 
-double drag(const Effect& effect, const Conditions& at) {
-  double torque_Nm = 0.0;
-  effect.drag(at, nullptr, torque_Nm);
-  return torque_Nm;
-}
+double drag(const Effect& effect, const Conditions& at) { return effect.drag_Nm(at, nullptr); }
 
 Conditions turning(double w) {
   Conditions at;
