@@ -4,18 +4,21 @@
 // down a second time and not shared:
 //   D i_s = L_r psi_s - L_m psi_r,  D i_r = L_s psi_r - L_m psi_s,  D = L_s L_r - L_m^2
 //   d psi_s/dt = v_s - R_s i_s,     d psi_r/dt = -R_r i_r + j n_p w psi_r
-//   J dw/dt = -(3/2) n_p Im(conj(psi_r) i_r) + T_generator - T_c w/sqrt(w^2 + w_0^2) - b w
+//   J dw/dt = -(3/2) n_p Im(conj(psi_r) i_r) + T_generator - T_c sgn w - b w
+// The friction at rest holds what pulls, up to T_c.
 // Generator: plant/generator.h's equations in its own dq frame.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 
 #include "plant/plant_config.h"
 
 namespace imrig::bench {
 
 struct BareFriction {
-  double coulomb_Nm, viscous_Nms, width_rad_s;
+  double coulomb_Nm, viscous_Nms;
 };
 
 class BareMotor {
@@ -40,10 +43,11 @@ class BareMotor {
     qq_ = 1.0 / g.L_s_H, ff_ = g.L_s_H / D_g;
   }
 
-  double v_x = 0.0, v_y = 0.0, field_V = 0.0;
+  static State at_rest() { return {}; }
+  std::complex<double> v_s = 0.0;
+  double field_V = 0.0;
 
-  double current_x(const State& x) const { return s_ * x[0] - m_ * x[2]; }
-  double current_y(const State& x) const { return s_ * x[1] - m_ * x[3]; }
+  std::complex<double> current(const State& x) const { return {current_x(x), current_y(x)}; }
 
   void step(State& x, double h) const {
     const State k1 = rate(x), k2 = rate(moved(x, 0.5 * h, k1)), k3 = rate(moved(x, 0.5 * h, k2)),
@@ -52,6 +56,9 @@ class BareMotor {
   }
 
  private:
+  double current_x(const State& x) const { return s_ * x[0] - m_ * x[2]; }
+  double current_y(const State& x) const { return s_ * x[1] - m_ * x[3]; }
+
   static State moved(const State& x, double h, const State& slope) {
     State to;
     for (std::size_t k = 0; k < x.size(); ++k) to[k] = x[k] + h * slope[k];
@@ -63,11 +70,11 @@ class BareMotor {
     const double i_rx = r_ * x[2] - m_ * x[0], i_ry = r_ * x[3] - m_ * x[1];
     const double w = x[4], w_e = n_p_ * w, w_g = p_ * w;
     const double i_d = dd_ * x[6] - df_ * x[8], i_q = qq_ * x[7], i_f = ff_ * x[8] - 1.5 * df_ * x[6];
-    const double drag = friction_.coulomb_Nm * w /
-                            std::sqrt(w * w + friction_.width_rad_s * friction_.width_rad_s) +
-                        friction_.viscous_Nms * w;
-    const double torque = -1.5 * n_p_ * (x[2] * i_ry - x[3] * i_rx) + 1.5 * p_ * (x[6] * i_q - x[7] * i_d) - drag;
-    return {v_x - R_s_ * i_sx,           v_y - R_s_ * i_sy,
+    const double pull = -1.5 * n_p_ * (x[2] * i_ry - x[3] * i_rx) + 1.5 * p_ * (x[6] * i_q - x[7] * i_d);
+    const double T_c = friction_.coulomb_Nm;
+    const double dry = w > 0.0 ? T_c : w < 0.0 ? -T_c : std::clamp(pull, -T_c, T_c);
+    const double torque = pull - dry - friction_.viscous_Nms * w;
+    return {v_s.real() - R_s_ * i_sx,    v_s.imag() - R_s_ * i_sy,
             -R_r_ * i_rx - w_e * x[3],   -R_r_ * i_ry + w_e * x[2],
             torque * J_inverse_,         w,
             -R_ * i_d + w_g * x[7],      -R_ * i_q - w_g * x[6],

@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <memory>
 
+#include "bench/bare_full_motor.h"
 #include "bench/bare_motor.h"
 #include "bench/one_core.h"
 #include "bench/result.h"
 #include "plant/effects/friction.h"
 #include "plant/integrator.h"
 #include "plant/plant.h"
+#include "plant/sticking_integrator.h"
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 #include "rig/base/space_vector.h"
@@ -101,7 +103,7 @@ struct Trace {
 constexpr double kField_V = 24.7;
 constexpr double kSample_s = 60e-6;
 constexpr int kSteps = 50000;
-constexpr Friction::Config kFriction{0.25, 0.0015, 0.2};
+constexpr Friction::Config kFriction{0.25, 0.0015};
 
 PlantConfig base_machine() {
   PlantConfig config;
@@ -111,11 +113,9 @@ PlantConfig base_machine() {
   return config;
 }
 
-Trace by_drive(const IntegratorConfig& kind, bool keep) {
-  PlantConfig config = base_machine();
-  config.integrator = kind;
+Trace by_drive(const PlantConfig& config, bool keep) {
   Drive drive(config);
-  const auto integrator = make_integrator(config.integrator, drive);
+  const auto integrator = with_sticking(make_integrator(config.integrator, drive), drive);
   State x = drive.initial();
   drive.field_V = kField_V;
   Trace trace;
@@ -127,18 +127,15 @@ Trace by_drive(const IntegratorConfig& kind, bool keep) {
   return trace;
 }
 
-Trace by_bare_rk4(bool keep) {
-  BareMotor motor(base_machine(), {kFriction.coulomb_Nm, kFriction.viscous_Nms, kFriction.width_rad_s});
-  BareMotor::State x{};
+template <class Motor>
+Trace by_bare_rk4(Motor motor, bool keep) {
+  auto x = motor.at_rest();
   motor.field_V = kField_V;
   Trace trace;
   for (int k = 0; k < kSteps; ++k) {
-    if (k % 4 == 0) {
-      const SpaceVector v = asked((k + 2) * kSample_s);
-      motor.v_x = v.real(), motor.v_y = v.imag();
-    }
+    if (k % 4 == 0) motor.v_s = asked((k + 2) * kSample_s);
     motor.step(x, kSample_s);
-    if (keep) trace.i.emplace_back(motor.current_x(x), motor.current_y(x)), trace.rpm.push_back(rpm_of_rad_s(x[4]));
+    if (keep) trace.i.push_back(motor.current(x)), trace.rpm.push_back(rpm_of_rad_s(x[4]));
   }
   if (!(std::abs(x[4]) < 1e3)) throw Error("plant_vs_rk4", "the bare motor ran away");
   return trace;
@@ -150,32 +147,37 @@ std::string apart(const Trace& a, const Trace& b) {
     square += std::norm(a.i[k] - b.i[k]);
     rpm = std::max(rpm, std::abs(a.rpm[k] - b.rpm[k]));
   }
-  return fmt::format("{:.1e} A rms, {:.1e} rpm", std::sqrt(square / static_cast<double>(a.i.size())), rpm);
+  return fmt::format("{:.1e} A rms {:.1e} rpm", std::sqrt(square / static_cast<double>(a.i.size())), rpm);
 }
 
-Result against_bare_rk4() {
-  const IntegratorConfig rk4{IntegratorConfig::Kind::kRk4, 0.0, 0.0};
-  std::vector<double> ratio, bare_s, plant_s, whole_s;
-  PlantConfig config = base_machine();
-  config.integrator = rk4;
-  for (int k = 0; k < kRepeats; ++k) {  // in turn, so that a slow moment hits all
-    bare_s.push_back(timed(1, [] { by_bare_rk4(false); })[0]);
-    plant_s.push_back(timed(1, [&] { by_drive(rk4, false); })[0]);
-    whole_s.push_back(timed(1, [&] {
-      Plant plant(config);
-      drive(plant);
-    })[0]);
+// In turn, so that a slow moment hits both.
+template <class Motor>
+Result compared(const std::string& name, PlantConfig config, const Motor& bare, double rtol) {
+  std::vector<double> ratio, bare_s, plant_s;
+  config.integrator = {IntegratorConfig::Kind::kRk4, 0.0, 0.0};
+  for (int k = 0; k < 2 * kRepeats + 1; ++k) {
+    bare_s.push_back(timed(1, [&] { by_bare_rk4(bare, false); })[0]);
+    plant_s.push_back(timed(1, [&] { by_drive(config, false); })[0]);
     ratio.push_back(plant_s.back() / bare_s.back());
   }
-  const Trace reference = by_drive({IntegratorConfig::Kind::kSundials, 1e-12, 1e-14}, true);
+  const Trace fixed = by_drive(config, true);
+  config.integrator = {IntegratorConfig::Kind::kSundials, rtol, 0.01 * rtol};
+  const Trace reference = by_drive(config, true);
   const Spread got = spread(ratio);
-  const double to_ns = 1e9 / kSteps;
-  return {"plant_vs_rk4", got.median, "x bare RK4", 2.0, false,
-          fmt::format("{:.2f} to {:.2f}; a step takes {:.0f} ns, bare {:.0f} ns, with supply, filter and sensors {:.0f} ns; "
-                      "from SUNDIALS at 1e-12: plant {}; bare {}",
-                      got.least, got.most, to_ns * spread(plant_s).median, to_ns * spread(bare_s).median,
-                      to_ns * spread(whole_s).median, apart(by_drive(rk4, true), reference),
-                      apart(by_bare_rk4(true), reference))};
+  return {name, got.median, "x bare RK4", 2.0, false,
+          fmt::format("{:.2f} to {:.2f}; effects: {}; a step {:.0f} ns, bare {:.0f} ns; from SUNDIALS at {:.0e}: plant {}, bare {}",
+                      got.least, got.most, of_effects(config), 1e9 / kSteps * spread(plant_s).median,
+                      1e9 / kSteps * spread(bare_s).median, rtol, apart(fixed, reference), apart(by_bare_rk4(bare, true), reference))};
+}
+
+Result against_bare_full(const std::string& models) {
+  const PlantConfig full = load_plant_config(models + "/proca_5hp_full.toml");
+  return compared("plant_vs_rk4", full, BareFullMotor(bare_full_config(full)), 1e-10);
+}
+
+Result against_bare_plain() {
+  const PlantConfig plain = base_machine();
+  return compared("plant_vs_rk4_plain", plain, BareMotor(plain, {kFriction.coulomb_Nm, kFriction.viscous_Nms}), 1e-12);
 }
 
 int body(int argc, char** argv) {
@@ -192,7 +194,7 @@ int body(int argc, char** argv) {
   for (const std::string& name : names) {
     if (name == "plant_rtf_averaged") print(averaged(models), json);
     else if (name == "plant_rtf_switching") print(switching(models), json);
-    else if (name == "plant_vs_rk4") print(against_bare_rk4(), json);
+    else if (name == "plant_vs_rk4") print(against_bare_full(models), json), print(against_bare_plain(), json);
     else throw Error("usage", "no benchmark is called " + name);
   }
   return 0;
