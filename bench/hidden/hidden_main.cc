@@ -3,6 +3,8 @@
 //   --runs N   data sets a cell, default 1       --final   seeds from 1001 on instead of tuning seeds from 1
 //   on
 //   --seed N   the first seed                    --thin N  of samples of 60 us, default 4
+//   --poor     data of a constant volts per hertz grid alone
+//   --follow   where diagnosis ends ambiguous: take the experiment it names, and diagnose again
 // One line a run goes to stderr.
 
 #include <fmt/format.h>
@@ -23,7 +25,7 @@ struct Job {
 };
 
 struct Options {
-  bool json = false;
+  bool json = false, follow = false;
   int runs = 1;
   std::uint64_t first = 1;
   SealOptions seal;
@@ -50,9 +52,19 @@ void tell(const Outcome& o) {
              o.holdout_over_floor, o.seconds);
 }
 
+void tell(const FollowUp& f) {
+  if (f.what.empty() || f.reference) {
+    fmt::print(stderr, "  next: {}; d {:.2f}\n", f.what.empty() ? "nothing" : f.what, f.before);
+    return;
+  }
+  fmt::print(stderr, "  next: {}; d {:.2f} -> {:.2f} (forecast {:.2f}), {}\n", f.what, f.before, f.after,
+             f.forecast, f.settled ? "settled" : "not settled");
+}
+
 // Marks of the whole suite.
 struct Marks {
-  Share false_claim, first, in_set, wrong_blame, unknown, exact, excess, at_floor, spoke;
+  Share false_claim, first, in_set, wrong_blame, unknown, exact, excess, at_floor, spoke, raised, settled;
+  int references = 0;
   double set_sizes = 0.0;
   std::map<std::string, int> missed;
 
@@ -62,7 +74,17 @@ struct Marks {
     if (o.seal.outside) return wrong_blame.count(!o.named.empty() && o.verdict != "unknown");
     if (o.seal.truth.empty()) return false_claim.count(!o.named.empty());
     unknown.count(o.verdict == "unknown");
+    if (o.follow) count_followed(*o.follow);
     if (o.sqrt_lambda >= 10.0) count_seen(o);
+  }
+
+  void count_followed(const FollowUp& f) {
+    if (f.reference) {
+      ++references;
+      return;
+    }
+    raised.count(f.raised());
+    settled.count(f.settled);
   }
 
   void count_seen(const Outcome& o) {
@@ -112,6 +134,11 @@ void print_all(const Marks& m, bool json) {
   print_share(
       of("hidden_wrong_blame", m.wrong_blame, 10.0, false, "not in the library, blamed without a word"),
       m.wrong_blame);
+  const std::string told = fmt::format("{} runs beside were told that no record helps", m.references);
+  print_share(
+      of("hidden_next_raises", m.raised, 95.0, true, "the experiment named raises the true d; " + told),
+      m.raised);
+  print_share(of("hidden_next_settles", m.settled, 85.0, true, "and settles it"), m.settled);
   print_share(of("hidden_unknown", m.unknown, 3.0, false, "in the library, called unknown"), m.unknown);
 }
 
@@ -140,6 +167,10 @@ Options parse(int argc, char** argv) {
     const std::string word = argv[k];
     if (word == "--json")
       o.json = true;
+    else if (word == "--poor")
+      o.seal.poor = true;
+    else if (word == "--follow")
+      o.follow = true;
     else if (word == "--final")
       o.first = 1001;
     else if (word == "--runs")
@@ -165,8 +196,10 @@ int body(int argc, char** argv) {
   std::uint64_t seed = options.first;  // every run its own machine
   for (int run = 0; run < options.runs; ++run) {
     for (const Job& job : options.jobs) {
-      const Outcome outcome = score(make_sealed(*job.cell, job.strength, seed++, options.seal));
+      const Outcome outcome = score(make_sealed(*job.cell, job.strength, seed++, options.seal), 2,
+                                    options.follow ? &options.seal : nullptr);
       tell(outcome);
+      if (outcome.follow) tell(*outcome.follow);
       marks.count(outcome);
     }
   }

@@ -89,6 +89,11 @@ bool Outcome::set_holds_truth() const {
                      [&](const std::string& name) { return holds(name); });
 }
 
+bool Outcome::set_holds_rival() const {
+  return std::any_of(confusable.begin(), confusable.end(),
+                     [&](const std::string& name) { return !holds(name); });
+}
+
 bool Outcome::exact() const {
   return accepted.size() == seal.truth.size() &&
          std::all_of(accepted.begin(), accepted.end(), [&](const std::string& name) { return holds(name); });
@@ -102,7 +107,7 @@ double Outcome::excess_removed() const {
 double Share::low() const { return wilson(*this, -1.0); }
 double Share::high() const { return wilson(*this, 1.0); }
 
-Outcome score(const Sealed& sealed, int threads) {
+Outcome score(const Sealed& sealed, int threads, const SealOptions* follow) {
   Outcome out;
   out.seal = sealed.seal;
   const auto start = std::chrono::steady_clock::now();
@@ -110,7 +115,10 @@ Outcome score(const Sealed& sealed, int threads) {
     const est::Model model = base_model(sealed, threads, out.base_from);
     est::DiagnoseOptions options;
     options.threads = threads;
-    read(est::diagnose(model, sealed.data, options), out);
+    const est::Diagnosis diagnosis = est::diagnose(model, sealed.data, options);
+    read(diagnosis, out);
+    if (follow != nullptr && out.set_holds_truth() && out.set_holds_rival())
+      out.follow = follow_up(sealed, model, diagnosis, *follow, threads);
   } catch (const std::exception& error) {
     out.failed = error.what();
   }

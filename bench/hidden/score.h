@@ -2,9 +2,11 @@
 // What diagnosis made of a sealed data set, compared with the seal after it has spoken; and shares of runs
 // with the interval that so many runs allow.
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "bench/hidden/follow.h"
 #include "bench/hidden/sealed.h"
 
 namespace imrig::bench {
@@ -20,15 +22,18 @@ struct Outcome {
   double chi2_before = 0.0, chi2_after = 0.0;  // a fitted value
   double holdout_over_floor = 0.0, base_holdout_over_floor = 0.0;
   double seconds = 0.0;
+  std::optional<FollowUp> follow;  // of an ambiguous run with the truth and a rival in the set
 
   bool holds(const std::string& effect) const;  // the truth holds it
   bool named_first() const { return holds(named); }
   bool set_holds_truth() const;
+  bool set_holds_rival() const;
   bool exact() const;             // accepted is what was hidden
   double excess_removed() const;  // share; 1 where there was none
 };
 
-Outcome score(const Sealed& sealed, int threads = 2);
+// follow: the options the seal was made with, where the next experiment is to be taken too.
+Outcome score(const Sealed& sealed, int threads = 2, const SealOptions* follow = nullptr);
 
 struct Share {
   int good = 0, of = 0;

@@ -24,7 +24,7 @@ constexpr int kZeroSamples = 4000;
 struct Profile {
   double f_Hz = 0.0, v_V = 0.0, step = 0.0, speed_rad_s = 0.0;
   double settle_s = 0.0, length_s = 0.0;
-  bool dc = false;
+  bool dc = false, axis = false;
 };
 
 double smooth(double x) {
@@ -34,6 +34,7 @@ double smooth(double x) {
 
 SpaceVector asked(const Profile& p, double t) {
   if (p.dc) return p.v_V;
+  if (p.axis) return {0.0, p.v_V * std::cos(2.0 * kPi * p.f_Hz * t)};
   const double u = t - p.settle_s;
   const double up = smooth((u - 0.25 * p.length_s) / kRamp_s) - smooth((u - 0.65 * p.length_s) / kRamp_s);
   return std::polar(p.v_V * (1.0 + p.step * up), 2.0 * kPi * p.f_Hz * t);
@@ -52,7 +53,7 @@ Steady steady(const Machine& m, double w, double w_slip, double psi_Wb) {
 double settle_s(const Machine& m) { return std::min(0.8, 3.0 * (m.L_l + m.L_m) / (m.R_s + m.R_r) + 0.05); }
 
 // Frequency x flux x load, then locked sweeps; points beyond the inverter or three times rated stay out.
-std::vector<Profile> profiles(const Machine& m, double length_s, std::mt19937_64& bits) {
+std::vector<Profile> profiles(const Machine& m, double length_s, bool poor, std::mt19937_64& bits) {
   std::vector<Profile> all;
   const auto add = [&](double f_Hz, double w_slip, double psi_Wb) {
     const double w = 2.0 * kPi * f_Hz;
@@ -61,6 +62,12 @@ std::vector<Profile> profiles(const Machine& m, double length_s, std::mt19937_64
     if (at.v_V * (1.0 + step) > 1.25 * m.v_V || at.i_A > 3.1 * m.i_A) return;
     all.push_back({f_Hz, at.v_V, step, (w - w_slip) / m.pole_pairs, settle_s(m), length_s, false});
   };
+  for (const double f : {15.0, 30.0, 45.0, 60.0}) {
+    for (const double load : {0.05, 0.4, 0.8, 1.2}) {
+      if (poor) add(f * m.f_Hz / 60.0, load * m.w_slip_rad_s, 0.8 * m.psi_Wb);
+    }
+  }
+  if (poor) return all;
   for (const double f : {20.0, 40.0, 60.0}) {
     for (const double flux : {0.3, 0.55, 0.8, 1.05}) {
       for (const double load : {0.05, 0.5, 1.2})
@@ -162,51 +169,87 @@ Seal seal_of(const Cell& cell, Strength strength, std::uint64_t seed) {
   return seal;
 }
 
+// A plant with something hidden in it, and what it takes to have records of it.
+class Bench {
+ public:
+  Bench(const Cell& cell, const Seal& seal, const SealOptions& options)
+      : cell_(cell), seal_(seal), options_(options) {
+    commanded_ = cell.name == "nothing_commanded" ||
+                 std::any_of(cell.hidden.begin(), cell.hidden.end(),
+                             [](const std::string& h) { return kind(h).commanded; });
+    Flaw at_rest;
+    range_ = at_rest.current_range = flaw(0.0).current_range;
+    zeros_ = zeros_of(config(at_rest));
+  }
+  Noise noise() const { return noise_of(seal_.machine, range_, commanded_); }
+
+  Record record(std::size_t n, const Profile& drive, double warmth) const {
+    Record out;
+    out.id = fmt::format("r{}", n);
+    out.kind = drive.dc ? RecordKind::kDc : RecordKind::kStep;
+    const Flaw hidden = flaw(warmth);
+    out.series = run(config(hidden), drive, zeros_, commanded_, hidden, options_.thin, 173 * n);
+    return out;
+  }
+
+ private:
+  Flaw flaw(double warmth) const {
+    Flaw out;
+    for (const std::string& name : cell_.hidden) add_flaw(seal_.machine, name, seal_.strength, warmth, out);
+    return out;
+  }
+  plant::PlantConfig config(const Flaw& flaw) const {
+    return plant::parse_plant_config(
+        plant_toml(seal_.machine, seal_.seed, flaw.inverter,
+                   flaw.current_range * seal_.machine.current_range_A, kFilter_s + flaw.extra_lag_s,
+                   flaw.sensors, flaw.effects.find("rotor_skin_effect") == std::string::npos) +
+            flaw.effects,
+        "hidden");
+  }
+
+  const Cell& cell_;
+  const Seal& seal_;
+  const SealOptions& options_;
+  bool commanded_ = false;
+  double range_ = 1.0;
+  Zeros zeros_{};
+};
+
 }  // namespace
 
 Sealed make_sealed(const Cell& cell, Strength strength, std::uint64_t seed, const SealOptions& options) {
   Sealed out{{}, seal_of(cell, strength, seed)};
   const Machine& m = out.seal.machine;
-  const bool commanded =
-      cell.name == "nothing_commanded" || std::any_of(cell.hidden.begin(), cell.hidden.end(),
-                                                      [](const std::string& h) { return kind(h).commanded; });
   std::mt19937_64 bits(seed * 0xd1b54a32d192ed03ull + 5);
-  std::vector<Profile> drives = profiles(m, options.record_s, bits);
+  std::vector<Profile> drives = profiles(m, options.record_s, options.poor, bits);
   std::shuffle(drives.begin(), drives.end(), bits);
   const auto dc = dc_profiles(m);
   drives.insert(drives.begin(), dc.begin(), dc.end());
 
-  const auto config = [&](const Flaw& flaw) {
-    return plant::parse_plant_config(
-        plant_toml(m, seed, flaw.inverter, flaw.current_range * m.current_range_A,
-                   kFilter_s + flaw.extra_lag_s, flaw.sensors,
-                   flaw.effects.find("rotor_skin_effect") == std::string::npos) +
-            flaw.effects,
-        "hidden");
-  };
+  const Bench bench(cell, out.seal, options);
   DataSet& data = out.data;
   data.name = "bench";
   data.pole_pairs = m.pole_pairs;
   data.accuracy = {kGain, kGain};
-  Zeros zeros{};
+  data.noise = bench.noise();
   for (std::size_t n = 0; n < drives.size(); ++n) {
-    Flaw flaw;
     const double warmth = drives[n].dc ? 0.0 : static_cast<double>(bits() >> 11) * 0x1p-53;
-    for (const std::string& name : cell.hidden) add_flaw(m, name, strength, warmth, flaw);
-    if (n == 0) {
-      Flaw at_rest;
-      at_rest.current_range = flaw.current_range;
-      zeros = zeros_of(config(at_rest));
-      data.noise = noise_of(m, flaw.current_range, commanded);
-    }
-    Record record;
-    record.id = fmt::format("r{}", n);
-    record.kind = drives[n].dc ? RecordKind::kDc : RecordKind::kStep;
-    record.holdout = !drives[n].dc && n % 6 == 5;
-    record.series = run(config(flaw), drives[n], zeros, commanded, flaw, options.thin, 173 * n);
-    data.records.push_back(std::move(record));
+    data.records.push_back(bench.record(n, drives[n], warmth));
+    data.records.back().holdout = !drives[n].dc && n % 6 == 5;
   }
   return out;
+}
+
+void take_more(const Cell& cell, const std::vector<Wanted>& wanted, Sealed& sealed,
+               const SealOptions& options) {
+  const Bench bench(cell, sealed.seal, options);
+  const Machine& m = sealed.seal.machine;
+  for (const Wanted& w : wanted) {
+    Profile drive{w.f_Hz,      w.v_V,     w.step, 2.0 * kPi * w.f_Hz * (1.0 - w.slip) / m.pole_pairs,
+                  settle_s(m), w.length_s};
+    drive.axis = w.axis;
+    sealed.data.records.push_back(bench.record(sealed.data.records.size(), drive, w.warmth));
+  }
 }
 
 }  // namespace imrig::bench

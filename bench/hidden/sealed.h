@@ -29,9 +29,22 @@ struct Sealed {
 
 struct SealOptions {
   double record_s = 0.24;
-  int thin = 4;  // of 60 us
+  int thin = 4;       // of 60 us
+  bool poor = false;  // frequency x load at 80 % of rated volts per hertz, and no more
 };
 
 Sealed make_sealed(const Cell& cell, Strength strength, std::uint64_t seed, const SealOptions& options = {});
+
+// A record that somebody asks for after the seal was made.
+struct Wanted {
+  double f_Hz = 0.0, v_V = 0.0, step = 0.0, slip = 0.0;  // slip per unit, 1 at rest
+  bool axis = false;                                     // along one axis
+  double warmth = 0.5;                                   // 0 cold, 1 hot
+  double length_s = 0.25;
+};
+
+// Takes them on the same plant, fresh noise each, behind those that are there.
+void take_more(const Cell& cell, const std::vector<Wanted>& wanted, Sealed& sealed,
+               const SealOptions& options = {});
 
 }  // namespace imrig::bench

@@ -166,13 +166,15 @@ void explain_findings(const SearchStep& step, Diagnosis& d) {
 void suggest(const GlobalProblem& problem, const Model& model, const DiagnoseOptions& options, Diagnosis& d) {
   const RigRange range = options.range.value_or(range_of(problem, model));
   const SearchStep& first = d.search.steps.front();
-  if (d.confusable.size() > 1 && first.confusable.size() > 1) d.next_experiment = separating_experiment(problem, first, range);
-  if (d.verdict != "cannot_tell") return;
+  if (d.confusable.size() > 1 && first.confusable.size() > 1) {
+    d.next_experiment = separating_experiment(problem, first, range);
+    return;
+  }
   std::vector<std::size_t> blind;
   for (const CandidateResult& c : d.candidates) {
     if (c.verdict == "cannot tell") blind.push_back(*effect_number(c.effect));
   }
-  d.next_experiment = revealing_experiment(problem, first, blind, range);
+  if (!blind.empty()) d.next_experiment = revealing_experiment(problem, first, blind, range);
 }
 
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {

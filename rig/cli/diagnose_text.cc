@@ -37,7 +37,7 @@ void print_diagnosis(const est::Diagnosis& d) {
   fmt::print("{}\n\n", headline(d));
   for (const auto& sentence : d.explanation) fmt::print("{}\n", printable(sentence));
   if (d.next_experiment) {
-    fmt::print("Next: {}; it {}.\n", d.next_experiment->what, d.next_experiment->why);
+    fmt::print("Next: {}: {}.\n", d.next_experiment->what, d.next_experiment->why);
     if (!d.next_experiment->plan.empty())
       fmt::print("Plan written to {}.\n", printable(d.next_experiment->plan));
   }

@@ -53,6 +53,8 @@ int run(const Options& options) {
     fmt::print("{}\n", est::diagnose_json(diagnosis));
   } else {
     print_diagnosis(diagnosis);
+    if (!options.plan.empty() && (!diagnosis.next_experiment || diagnosis.next_experiment->plan.empty()))
+      fmt::print("\nNo plan is written: no experiment of the menu is needed, or none would help.\n");
   }
   return diagnosis.verdict == "cannot_tell" ? 1 : 0;
 }
