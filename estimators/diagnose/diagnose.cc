@@ -166,8 +166,8 @@ void explain_findings(const SearchStep& step, Diagnosis& d) {
 void suggest(const GlobalProblem& problem, const Model& model, const DiagnoseOptions& options, Diagnosis& d) {
   const RigRange range = options.range.value_or(range_of(problem, model));
   const SearchStep& first = d.search.steps.front();
-  if (d.confusable.size() > 1 && first.confusable.size() > 1) {
-    d.next_experiment = separating_experiment(problem, first, range);
+  if (d.confusable.size() > 1) {
+    d.next_experiment = separating_experiment(problem, doubt_of(problem, d.search), range);
     return;
   }
   std::vector<std::size_t> blind;

@@ -133,18 +133,54 @@ std::vector<Experiment> menu_of(const GlobalProblem& problem, const WorkingModel
 
 }  // namespace
 
-std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem, const SearchStep& step,
-                                                    const RigRange& range) {
-  std::vector<const WorkingModel*> members;
-  std::vector<std::string> names;
+Doubt doubt_of(const SearchStep& step) {
+  Doubt out{step.base.model, {}, {}};
   for (const std::size_t k : step.confusable) {
-    if (members.size() == kMostMembers) break;
-    members.push_back(&step.trials[k].model);
-    names.push_back(name_of(step.trials[k].candidate));
+    if (out.members.size() == kMostMembers) break;
+    out.members.push_back(step.trials[k].model);
+    out.names.push_back(name_of(step.trials[k].candidate));
   }
-  const std::vector<Experiment> experiments = menu_of(problem, step.base.model, range);
-  if (members.size() < 2 || experiments.empty()) return std::nullopt;
-  const Separation all(problem, step.base.model, members, experiments);
+  return out;
+}
+
+Doubt doubt_of(const GlobalProblem& problem, const Search& search) {
+  if (search.findings.empty()) return {};
+  const std::size_t effect = search.findings.front().candidate.effect;
+  if (search.findings.size() == 1) {
+    for (const SearchStep& step : search.steps) {
+      if (!step.confusable.empty() && step.trials[step.confusable.front()].candidate.effect == effect)
+        return doubt_of(step);
+    }
+    return {};
+  }
+  Doubt out{try_removing(problem, search.final.model, effect, problem.fitted()).model,
+            {search.final.model},
+            {kEffectInfos[effect].name}};
+  for (const std::size_t rival : search.findings.front().rivals) {
+    const Trial* best = nullptr;
+    for (const SearchStep& step : search.steps) {
+      for (const Trial& t : step.trials) {
+        if (t.candidate.effect == rival && t.sound && best == nullptr) best = &t;
+      }
+    }
+    if (best == nullptr || out.members.size() == kMostMembers) continue;
+    Trial swapped = try_swapping(problem, search.final.model, effect, *best, problem.fitted());
+    if (!swapped.sound) continue;
+    out.members.push_back(std::move(swapped.model));
+    out.names.emplace_back(kEffectInfos[rival].name);
+  }
+  return out;
+}
+
+std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem, const Doubt& doubt,
+                                                    const RigRange& range) {
+  if (doubt.members.size() < 2) return std::nullopt;
+  const std::vector<std::string>& names = doubt.names;
+  std::vector<const WorkingModel*> members;
+  for (const WorkingModel& m : doubt.members) members.push_back(&m);
+  const std::vector<Experiment> experiments = menu_of(problem, doubt.base, range);
+  if (experiments.empty()) return std::nullopt;
+  const Separation all(problem, doubt.base, members, experiments);
   const Wanted wanted = separable(all);
   std::string gauges;
   for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -176,7 +212,7 @@ std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem
                                 before, after, kConfusable);
   if (after < kConfusable) why += "; it takes more than one such campaign";
   if (!gauges.empty()) why += "; " + gauges;
-  NextExperiment out = planned(experiments[choice.experiment], range, step.base.model, repeats, why);
+  NextExperiment out = planned(experiments[choice.experiment], range, doubt.base, repeats, why);
   out.distinguishability_before = before;
   out.distinguishability_after = after;
   return out;

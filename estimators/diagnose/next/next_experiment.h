@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "estimators/diagnose/missing/search_step.h"
+#include "estimators/diagnose/missing/search.h"
 #include "estimators/diagnose/next/experiment.h"
 
 namespace imrig::est {
@@ -33,9 +33,18 @@ struct NextExperiment {
   int repeats = 1;
 };
 
-// Separates the effects of step.confusable; at least two. Throws nothing: an empty result where no
-// experiment fits into the range.
-std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem, const SearchStep& step,
+// Models that the data cannot choose between, and the one without the effect that is in doubt.
+struct Doubt {
+  WorkingModel base;
+  std::vector<WorkingModel> members;
+  std::vector<std::string> names;  // the effect of each
+};
+Doubt doubt_of(const SearchStep& step);
+// Of the first finding: its rivals in its place, beside all other findings.
+Doubt doubt_of(const GlobalProblem& problem, const Search& search);
+
+// Empty where there is no doubt, or no experiment fits into the range.
+std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem, const Doubt& doubt,
                                                     const RigRange& range);
 
 // Shows the effects (numbers) that the data cannot.

@@ -29,7 +29,7 @@ TEST(NextExperiment, TellsRotorHeatingFromSkinEffectByALockedFrequencySweep) {
   const SearchStep step =
       doubt(problem, model, {form_of_effect("rotor_heating"), form_of_effect("rotor_skin_effect")});
   ASSERT_EQ(step.confusable.size(), 2u);
-  const auto next = separating_experiment(problem, step, range_of(problem, model));
+  const auto next = separating_experiment(problem, doubt_of(step), range_of(problem, model));
   ASSERT_TRUE(next.has_value());
   EXPECT_EQ(next->kind, "locked_sweep") << next->what;
   EXPECT_NE(next->what.find("frequency sweep"), std::string::npos) << next->what;
@@ -55,7 +55,7 @@ TEST(NextExperiment, TellsStatorHeatingFromDeadTimeBySeveralCurrents) {
   const GlobalProblem problem(data, model.machine(), 2);
   const SearchStep step =
       doubt(problem, model, {form_of_effect("stator_heating"), form_of_effect("inverter_dead_time")});
-  const auto next = separating_experiment(problem, step, range_of(problem, model));
+  const auto next = separating_experiment(problem, doubt_of(step), range_of(problem, model));
   ASSERT_TRUE(next.has_value());
   EXPECT_EQ(next->kind, "locked_sweep") << next->what;
   EXPECT_NE(next->what.find("current sweep"), std::string::npos) << next->what;
@@ -76,7 +76,7 @@ TEST(NextExperiment, FindsThatNoRecordTellsASpeedErrorFromEddyCurrentsAtTheRotor
   const Model model = model_of(bench_motor());
   const GlobalProblem problem(data, model.machine(), 2);
   SearchStep step = doubt(problem, model, {form_of_effect("speed_bias"), form_of_effect("core_loss")});
-  const auto next = separating_experiment(problem, step, range_of(problem, model));
+  const auto next = separating_experiment(problem, doubt_of(step), range_of(problem, model));
   ASSERT_TRUE(next.has_value());
   EXPECT_EQ(next->kind, "reference");
   EXPECT_TRUE(next->toml.empty());
