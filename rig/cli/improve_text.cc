@@ -74,7 +74,7 @@ void print_improvement(const est::Model& current, const est::Improvement& improv
     print_overview(search.steps[k], k == 0 ? "candidates" : fmt::format("candidates, step {}", k + 1));
   print_waterfall(search);
   print_models(current, improvement.model);
-  fmt::print("\n{}\n", ending(search));
+  fmt::print("\n{}\n", ending(improvement.diagnosis));
 }
 
 }  // namespace imrig

@@ -17,6 +17,7 @@ namespace {
 constexpr double kDisagree = 2.0;       // ratio of refit and forecast from which the forecast was no guide
 constexpr double kWorthTelling = 20.0;  // chi2
 constexpr double kNoStep = 0.97;        // of the error before
+constexpr double kBeyond = 2.0;         // times its accuracy: a correction that should be looked at
 
 std::string forecast(const est::Score& score) {
   std::string out;
@@ -122,6 +123,22 @@ std::vector<Fall> waterfall(const est::Search& search) {
   return out;
 }
 
+// Sensor errors that are followed as corrections although they lie well outside their accuracy.
+void add_large_corrections(const est::WorkingModel& model, std::vector<std::string>& out) {
+  for (const est::Prior& prior : model.priors) {
+    const auto& followed = model.nuisances;
+    if (std::find(followed.begin(), followed.end(), prior.entry) == followed.end()) continue;
+    const std::size_t effect = est::effect_of_shared(prior.entry);
+    const double off = std::abs(model.at.shared[prior.entry] - prior.value) / prior.sigma;
+    if (model.has(effect) || !(off > kBeyond)) continue;
+    const est::EffectParameter& p = est::shared_parameter(prior.entry);
+    out.push_back(fmt::format(
+        "{}.{} is followed as a correction of {}, {} times its accuracy: the error of every "
+        "model here is without it. Calibrate that sensor.",
+        est::kEffectInfos[effect].name, p.name, shown(model.at.shared[prior.entry], 3), shown(off, 2)));
+  }
+}
+
 std::vector<std::string> waterfall_notes(const est::Search& search) {
   std::vector<std::string> out;
   for (const est::SearchStep& step : search.steps) {
@@ -145,10 +162,18 @@ std::vector<std::string> waterfall_notes(const est::Search& search) {
           "{} takes away little of the error, but surely: its records prove it one by one.", name));
     }
   }
+  add_large_corrections(search.final.model, out);
   return out;
 }
 
-std::string ending(const est::Search& search) {
+std::string ending(const est::Diagnosis& diagnosis) {
+  const est::Search& search = diagnosis.search;
+  if (diagnosis.verdict == "cannot_tell")
+    return "nothing was added: these data excite the motor too little to show most effects, so a small error "
+           "is no "
+           "proof (imrig compare says what they cannot reveal)";
+  if (search.changes.size() == 1 && search.at_floor)
+    return "nothing was added: the error is at the noise floor already";
   if (search.at_floor) return "the error has reached the noise floor";
   if (search.cut_short)
     return "more effects were found than are added at once: run it again on the new model";

@@ -38,6 +38,6 @@ std::vector<Fall> waterfall(const est::Search& search);
 std::vector<std::string> waterfall_notes(const est::Search& search);
 
 // Where the search ended.
-std::string ending(const est::Search& search);
+std::string ending(const est::Diagnosis& diagnosis);
 
 }  // namespace imrig

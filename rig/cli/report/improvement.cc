@@ -61,7 +61,7 @@ std::string write_improvement_report(const est::Model& current, const est::Impro
                                      const std::string& folder) {
   const est::Search& search = improvement.diagnosis.search;
   std::string out =
-      "<h1>" + escaped(current.name) + " <span>improved</span></h1>\n" + paragraph(ending(search) + ".");
+      "<h1>" + escaped(current.name) + " <span>improved</span></h1>\n" + paragraph(ending(improvement.diagnosis) + ".");
   out += "<div id=\"charts\"></div>\n" + falls_table(search);
   for (const auto& note : waterfall_notes(search)) out += paragraph(note);
   out +=

@@ -86,6 +86,28 @@ TEST(WaterfallNotes, AreSilentAboutStepsThatShow) {
   EXPECT_EQ(waterfall_notes(search).size(), 1u) << "two per cent of chi2 is no step to see";
 }
 
+TEST(WaterfallNotes, NameACorrectionThatLiesOutsideItsAccuracy) {
+  est::Search search;
+  const std::size_t entry = est::kSharedPlace[*est::effect_number("current_gain")];
+  search.final.model.nuisances.push_back(entry);
+  search.final.model.priors.push_back({entry, 0.0, 0.002});
+  search.final.model.at.shared[entry] = 0.003;
+  EXPECT_TRUE(waterfall_notes(search).empty()) << "that may be";
+  search.final.model.at.shared[entry] = -0.006;
+  ASSERT_EQ(waterfall_notes(search).size(), 1u);
+  EXPECT_NE(waterfall_notes(search)[0].find("3 times its accuracy"), std::string::npos)
+      << waterfall_notes(search)[0];
+}
+
+TEST(Ending, DoesNotCallTheFloorAProofWhereTheDataShowNothing) {
+  est::Diagnosis d;
+  d.search.at_floor = true;
+  d.search.changes.resize(1);
+  EXPECT_NE(ending(d).find("at the noise floor already"), std::string::npos);
+  d.verdict = "cannot_tell";
+  EXPECT_NE(ending(d).find("no proof"), std::string::npos);
+}
+
 TEST(SideBySide, MarksWhatMovedWhatIsNewAndWhatIsGone) {
   est::Model before;
   before.R_s = {0.4, 0.39, 0.41, "ohm", ""};
