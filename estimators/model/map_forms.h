@@ -17,7 +17,7 @@ struct MapForm {
   std::vector<MapParameter> parameters;
 };
 
-// R_s, L_m, L_l, R_r, core_loss, friction_windage, stray_drag.
+// R_s, L_m, L_l, R_r, rotor_bars, core_loss, friction_windage, stray_drag.
 const std::vector<MapForm>& map_forms();
 
 }  // namespace imrig::est

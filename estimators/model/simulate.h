@@ -20,28 +20,37 @@ inline constexpr double kMaxRateStep = 0.2;
 
 int steps_per_sample(const MachineParameters<double>& p, const FrameRecord& record);
 
+// A state that a machine can be stepped by: the operations below, found by the state's type.
+template <class T>
+Cx<T> ahead(const Cx<T>& x, double h, const Cx<T>& d) {
+  return {x.re + h * d.re, x.im + h * d.im};
+}
+template <class T>
+Cx<T> stepped(const Cx<T>& x, double h, const Cx<T>& a, const Cx<T>& b, const Cx<T>& c, const Cx<T>& d) {
+  return {x.re + (h / 6.0) * (a.re + 2.0 * (b.re + c.re) + d.re), x.im + (h / 6.0) * (a.im + 2.0 * (b.im + c.im) + d.im)};
+}
+template <class T>
+FluxState<T> ahead(const FluxState<T>& x, double h, const FluxState<T>& d) {
+  return {ahead(x.psi_s, h, d.psi_s), ahead(x.psi_r, h, d.psi_r)};
+}
+template <class T>
+FluxState<T> stepped(const FluxState<T>& x, double h, const FluxState<T>& a, const FluxState<T>& b, const FluxState<T>& c,
+                     const FluxState<T>& d) {
+  return {stepped(x.psi_s, h, a.psi_s, b.psi_s, c.psi_s, d.psi_s), stepped(x.psi_r, h, a.psi_r, b.psi_r, c.psi_r, d.psi_r)};
+}
+
 template <class Machine>
 typename Machine::State runge_kutta_step(const Machine& machine, const typename Machine::State& x, double h,
                                          std::complex<double> v_0, std::complex<double> v_1, double w_0,
                                          double w_1, double w_k) {
   using State = typename Machine::State;
-  const auto ahead = [&x](double step, const State& d) {
-    return State{{x.psi_s.re + step * d.psi_s.re, x.psi_s.im + step * d.psi_s.im},
-                 {x.psi_r.re + step * d.psi_r.re, x.psi_r.im + step * d.psi_r.im}};
-  };
   const auto v_half = 0.5 * (v_0 + v_1);
   const double w_half = 0.5 * (w_0 + w_1);
   const State a = machine.derivative(x, v_0, w_0, w_k);
-  const State b = machine.derivative(ahead(0.5 * h, a), v_half, w_half, w_k);
-  const State c = machine.derivative(ahead(0.5 * h, b), v_half, w_half, w_k);
-  const State d = machine.derivative(ahead(h, c), v_1, w_1, w_k);
-  const auto mean = [h](const auto& y, const auto& p, const auto& q, const auto& r, const auto& s) {
-    return y + (h / 6.0) * (p + 2.0 * (q + r) + s);
-  };
-  return {{mean(x.psi_s.re, a.psi_s.re, b.psi_s.re, c.psi_s.re, d.psi_s.re),
-           mean(x.psi_s.im, a.psi_s.im, b.psi_s.im, c.psi_s.im, d.psi_s.im)},
-          {mean(x.psi_r.re, a.psi_r.re, b.psi_r.re, c.psi_r.re, d.psi_r.re),
-           mean(x.psi_r.im, a.psi_r.im, b.psi_r.im, c.psi_r.im, d.psi_r.im)}};
+  const State b = machine.derivative(ahead(x, 0.5 * h, a), v_half, w_half, w_k);
+  const State c = machine.derivative(ahead(x, 0.5 * h, b), v_half, w_half, w_k);
+  const State d = machine.derivative(ahead(x, h, c), v_1, w_1, w_k);
+  return stepped(x, h, a, b, c, d);
 }
 
 // Calls visit(k, state) for each sample k of the record, the first included. driven = false leaves the

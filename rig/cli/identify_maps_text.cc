@@ -108,6 +108,7 @@ std::string validation(const est::Validation& v) {
         v.powers.size(), shown(v.rated_W, 4), percent(v.rms_full), percent(v.worst_full), percent(v.rms_rated),
         percent(v.worst_rated));
   }
+  out += fmt::format("constant parameters: those of {}\n", v.constants_from);
   return out + transients(v.steps, "voltage steps") + transients(v.starts, "starts from zero");
 }
 

@@ -124,6 +124,9 @@ void store(Model& model, const ParameterMaps& maps) {
   if (const auto& m = maps.R_r; m.known()) {
     add_map(model, "R_r", {{"R_1", m.R_1}, {"per_K", m.per_K}, {"k_6", m.k_6}, {"reference", plain(m.reference_C, "C")}});
   }
+  if (const DeepBar& bar = maps.R_r.bar; bar.known()) {
+    add_map(model, "rotor_bars", {{"R_2", bar.R_2}, {"L_2", bar.L_2}, {"R_1", plain(bar.R_1_ohm, "ohm")}});
+  }
   if (!maps.core.failure.empty()) return;
   const CoreLossLaw& law = maps.core.physics;
   add_map(model, "core_loss",
@@ -159,6 +162,19 @@ void sensitivities(MapsResult& out) {
   }
   const double rated = out.base.model.ratings.frequency_Hz;
   out.figure_4 = sensitivity_curve(machine, rated > 0.0 ? rated : 60.0);
+}
+
+// Beside constant parameters: the given model's, else those at the largest load measured, else the means over the records.
+void judge(MapsResult& out, const DataSet& data, const IdentifyOptions& options) {
+  if (!complete(out.base.model) || options.method == "locked") return;
+  if (options.nominal && complete(*options.nominal)) {
+    out.validation = validate(data, out.maps, options.nominal->machine(), "the given model");
+  } else if (const auto rated = circuit_at_largest_power(out.maps, out.base.model.R_s.value)) {
+    out.validation = validate(data, out.maps, *rated, "the steady window with the largest input power");
+  } else {
+    out.validation = validate(data, out.maps, out.base.model.machine(), "means over the records");
+  }
+  out.base.notes.insert(out.base.notes.end(), out.validation.notes.begin(), out.validation.notes.end());
 }
 
 void tell_failures(MapsResult& out, const std::string& method) {
@@ -204,8 +220,7 @@ MapsResult identify_with_maps(const DataSet& data, const IdentifyOptions& option
   out.correlation_covariance = correlation_table(out.base.records, out.maps.points, Kept::kByCovariance);
   sensitivities(out);
   mark_used(out, data);
-  if (complete(out.base.model) && options.method != "locked")
-    out.validation = validate(data, out.maps, options.nominal && complete(*options.nominal) ? options.nominal->machine() : out.base.model.machine());
+  judge(out, data, options);
   if (!out.base.model.history.empty()) out.base.model.history.back().change = "identified, method " + options.method;
   return out;
 }

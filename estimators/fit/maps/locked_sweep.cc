@@ -103,6 +103,7 @@ Columns columns_of(const std::vector<LockedPoint>& points, std::size_t sweeps) {
 
 // R_1 against the winding's temperature.
 void temperature_line(LockedResult& out) {
+  const auto R_1 = [&](const LockedSweep& sweep) { return out.bar.known() ? sweep.R_1_bar : sweep.R_1; };
   std::vector<const LockedSweep*> known;
   for (const auto& sweep : out.sweeps) {
     if (std::isfinite(sweep.stator_C) && sweep.R_1.known()) known.push_back(&sweep);
@@ -119,8 +120,9 @@ void temperature_line(LockedResult& out) {
   for (Eigen::Index k = 0; k < n; ++k) {
     const LockedSweep& sweep = *known[static_cast<std::size_t>(k)];
     A.row(k) << 1.0, sweep.stator_C - out.reference_C;
-    y[k] = sweep.R_1.value;
-    sigma[k] = std::max(0.5 * (sweep.R_1.ci95_high - sweep.R_1.ci95_low) / kNormal975, 1e-9 * y[k]);
+    const Parameter found = R_1(sweep);
+    y[k] = found.value;
+    sigma[k] = std::max(0.5 * (found.ci95_high - found.ci95_low) / kNormal975, 1e-9 * y[k]);
     cluster.push_back(static_cast<std::size_t>(k));
   }
   const LinearFit fit = linear_fit(A, y, sigma, cluster);
@@ -168,18 +170,22 @@ LockedResult fit_locked_sweeps(const DataSet& data, const std::vector<std::size_
   };
   out.k_6 = parameter(last, "ohm s", fmt::format("locked-like sweep, {} records in {} sweeps", c.rows.size(), sweeps));
   out.line_misfit_ohm = std::sqrt(fit.residual.squaredNorm() / static_cast<double>(fit.residual.size()));
+  out.bar = fit_deep_bar(c.A, c.rows, sweeps, gain_sigma);
   for (std::size_t g = 0; g < sweeps; ++g) {
     LockedSweep sweep;
-    double sum_C = 0.0;
+    double sum_C = 0.0, sum_A = 0.0;
     for (const auto* p : c.rows) {
       if (p->sweep != g) continue;
       ++sweep.records;
       sum_C += p->stator_C;
+      sum_A += p->current_A;
     }
     if (sweep.records > 0) {
       sweep.stator_C = sum_C / static_cast<double>(sweep.records);
+      sweep.current_A = sum_A / static_cast<double>(sweep.records);
       sweep.R_1 = parameter(static_cast<Eigen::Index>(g), "ohm", fmt::format("locked-like sweep, {} records", sweep.records));
     }
+    if (out.bar.known()) sweep.R_1_bar = out.bar.sweeps[g].R_1;
     out.sweeps.push_back(sweep);
   }
   temperature_line(out);

@@ -7,12 +7,14 @@
 //   R_r = R_1g + d_g (t - t_g) + k_6 w_s
 // with one R_1 per sweep g (its temperature), a drift d_g in time where the sweep is long enough (a rotor that
 // cools meanwhile), one k_6, equal weights; intervals from record to record. The straight line is the paper's
-// form; what it leaves is printed. Where a sweep's R_1 is known against temperature,
-//   R_1(T) = R_1 (1 + per_K (T - T_0)) with the winding's temperature, a proxy of the cage's.
+// form; what it leaves is printed, and deep_bar.h follows the bend. Where a sweep's R_1 is known against temperature,
+//   R_1(T) = R_1 (1 + per_K (T - T_0)) with the winding's temperature, a proxy of the cage's; R_1 is the bent curve's end at
+// w_s = 0 where there is one, else the line's.
 
 #include <string>
 #include <vector>
 
+#include "estimators/fit/maps/deep_bar.h"
 #include "estimators/fit/maps/resistance_line.h"
 #include "estimators/fit/maps/steady_phasor.h"
 
@@ -31,8 +33,10 @@ struct LockedPoint {
 };
 
 struct LockedSweep {
-  Parameter R_1;  // ohm, in the middle of the sweep
+  Parameter R_1;      // ohm, of the line, in the middle of the sweep
+  Parameter R_1_bar;  // ohm, of the bent curve
   double stator_C = kMissing;
+  double current_A = kMissing;  // peak, mean
   std::size_t records = 0;
 };
 
@@ -44,6 +48,7 @@ struct LockedResult {
   Parameter per_K;             // relative to R_1
   double reference_C = kMissing;
   double line_misfit_ohm = kMissing;  // rms of what the straight line leaves
+  DeepBar bar;
   std::vector<LockedPoint> points;
   std::vector<std::string> notes;
 };

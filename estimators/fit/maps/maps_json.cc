@@ -140,7 +140,13 @@ Json transients(const std::vector<TransientCheck>& checks) {
 }
 
 Json validation(const Validation& v) {
-  return {{"input_power",
+  return {{"constants",
+           {{"from", v.constants_from},
+            {"R_s", number(v.constants.R_s)},
+            {"R_r", number(v.constants.R_r)},
+            {"L_l", number(v.constants.L_l)},
+            {"L_m", number(v.constants.L_m)}}},
+          {"input_power",
            {{"windows", v.powers.size()},
             {"related_to_W", number(v.rated_W)},
             {"full", {{"rms", number(v.rms_full)}, {"worst", number(v.worst_full)}}},

@@ -23,7 +23,11 @@ constexpr double kUnknownResistance = 5e-3;
 constexpr double kGoodLm = 5e-3;            // relative sigma up to which a window speaks for L_m ...
 constexpr double kGoodLl = 0.05;            // ... and for L_l
 constexpr double kUnsaturated = 0.97;       // of L_0: where L_l is looked for
-constexpr double kMapError = 4e-3;          // of the L_m map there
+constexpr double kMapError = 1e-2;          // of the L_m map there
+constexpr double kSwing = 0.866;            // a current along one axis saturates like a turning one of this part, sqrt(3/4):
+                                            // its fundamental sees 3/4 of what the square of its peak takes off
+constexpr double kTwoCurrents = 1.5;        // of locked-like sweeps that tell L_l(I) alone
+constexpr double kLockedLeakage = 2e-3;     // relative, what a locked-like sweep's L_l may be off
 constexpr std::size_t kFewestNoLoad = 8;
 constexpr std::size_t kFewest = 6;
 constexpr double kSaturatedPart = 0.9;
@@ -39,11 +43,12 @@ class Mapping {
     for (int round = 0; round < kRounds; ++round) {
       evaluate();
       magnetizing();
+      locked();
       leakage();
       iron();
     }
+    out_.notes.insert(out_.notes.end(), out_.locked.notes.begin(), out_.locked.notes.end());
     out_.core = fit_core_loss(iron_points_, data_.pole_pairs);
-    locked();
     evaluate();
     rotor();
     judge();
@@ -155,25 +160,37 @@ class Mapping {
   }
 
   void leakage() {
-    if (!out_.L_m.known()) return;
-    std::vector<std::pair<const MapPoint*, double>> rows;  // with relative sigma
+    std::vector<LeakageRow> rows;
+    for (std::size_t g = 0; g < out_.locked.bar.sweeps.size() && out_.locked.bar.known(); ++g) {
+      const DeepBar::Sweep& sweep = out_.locked.bar.sweeps[g];
+      const double sigma = std::hypot(sweep.L_l_sigma_H, kLockedLeakage * sweep.L_l_H);
+      rows.push_back({kSwing * out_.locked.sweeps[g].current_A, sweep.L_l_H, sigma, data_.records.size() + g});
+    }
     for (auto& point : out_.points) {
       point.for_L_l = false;
       point.L_l_H = kMissing;
-      if (out_.L_m.at(point.state.I_d_A) < kUnsaturated * out_.L_m.L_0.value || no_load(point)) continue;
+      if (!out_.L_m.known() || out_.L_m.at(point.state.I_d_A) < kUnsaturated * out_.L_m.L_0.value || no_load(point)) continue;
       const auto L_l = leakage_of(point);
       if (!L_l) continue;
       const double doubt = doubt_of_L_l(point, *L_l);
       if (!(doubt < kGoodLl)) continue;
       point.L_l_H = *L_l;
       point.for_L_l = true;
-      rows.emplace_back(&point, doubt);
+      rows.push_back({std::abs(point.phasor.i), *L_l, doubt * *L_l, point.phasor.record});
     }
     fit_leakage(rows);
   }
 
-  void fit_leakage(const std::vector<std::pair<const MapPoint*, double>>& rows) {
-    if (rows.size() < kFewest) return;
+  struct LeakageRow {
+    double I_A, L_l_H, sigma_H;
+    std::size_t cluster;
+  };
+
+  void fit_leakage(const std::vector<LeakageRow>& rows) {
+    const bool two_currents = std::any_of(rows.begin(), rows.end(), [&](const LeakageRow& row) {
+      return row.I_A > kTwoCurrents * rows.front().I_A && out_.locked.bar.known();
+    });
+    if (rows.size() < kFewest && !two_currents) return;
     LeakageMap map;
     map.lowest_A = std::numeric_limits<double>::infinity();
     map.highest_A = 0.0;
@@ -182,19 +199,18 @@ class Mapping {
     Eigen::VectorXd y(n), sigma(n);
     std::vector<std::size_t> cluster;
     for (Eigen::Index k = 0; k < n; ++k) {
-      const auto& [point, doubt] = rows[static_cast<std::size_t>(k)];
-      const double I = std::abs(point->phasor.i);
-      A.row(k) << I, 1.0;
-      y[k] = point->L_l_H;
-      sigma[k] = doubt * y[k];
-      cluster.push_back(point->phasor.record);
-      map.lowest_A = std::min(map.lowest_A, I);
-      map.highest_A = std::max(map.highest_A, I);
+      const LeakageRow& row = rows[static_cast<std::size_t>(k)];
+      A.row(k) << row.I_A, 1.0;
+      y[k] = row.L_l_H;
+      sigma[k] = row.sigma_H;
+      cluster.push_back(row.cluster);
+      map.lowest_A = std::min(map.lowest_A, row.I_A);
+      map.highest_A = std::max(map.highest_A, row.I_A);
     }
     const LinearFit fit = linear_fit(A, y, sigma, cluster);
     const auto parameter = [&](Eigen::Index k, const char* unit) {
       const double half = std::hypot(fit.t_975() * std::sqrt(fit.covariance(k, k)), kNormal975 * gains_ * fit.c[k]);
-      return Parameter{fit.c[k], fit.c[k] - half, fit.c[k] + half, unit, fmt::format("steady phasors, {} windows", n)};
+      return Parameter{fit.c[k], fit.c[k] - half, fit.c[k] + half, unit, fmt::format("steady phasors and locked-like sweeps, {} points", n)};
     };
     map.k_4 = parameter(0, "H/A");
     map.k_5 = parameter(1, "H");
@@ -237,7 +253,6 @@ class Mapping {
                        : std::isfinite(options_.L_m_given) ? options_.L_m_given
                                                            : std::numeric_limits<double>::infinity();
     out_.locked = fit_locked_sweeps(data_, locked_records_, R, L_m, gains_);
-    out_.notes.insert(out_.notes.end(), out_.locked.notes.begin(), out_.locked.notes.end());
   }
 
   void rotor() {
@@ -248,7 +263,7 @@ class Mapping {
     } else {
       out_.notes.push_back("k_6: " + locked.failure + "; R_r is taken as free of skin effect");
     }
-    const double k_6 = map.k_6.known() ? map.k_6.value : 0.0;
+    map.bar = locked.bar;
     std::vector<const MapPoint*> rows;
     for (auto& point : out_.points) {
       point.for_R_r = std::abs(slip(point)) > options_.slip_rule && point.state.R_r_ohm > 0.0;
@@ -256,18 +271,18 @@ class Mapping {
     }
     if (!locked.R_1.known() && rows.size() < kFewest) {
       if (!locked.sweeps.empty() && locked.sweeps.front().R_1.known()) {
-        map.R_1 = locked.sweeps.front().R_1;
+        map.R_1 = map.bar.known() ? locked.sweeps.front().R_1_bar : locked.sweeps.front().R_1;
         map.reference_C = locked.sweeps.front().stator_C;
       }
       return;
     }
-    if (rows.size() >= kFewest) return fit_rotor(rows, k_6);
+    if (rows.size() >= kFewest) return fit_rotor(rows);
     map.R_1 = locked.R_1;
     map.per_K = locked.per_K;
     map.reference_C = locked.reference_C;
   }
 
-  void fit_rotor(const std::vector<const MapPoint*>& rows, double k_6) {
+  void fit_rotor(const std::vector<const MapPoint*>& rows) {
     if (rows.size() < kFewest) return;
     RotorMap& map = out_.R_r;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -278,7 +293,7 @@ class Mapping {
     }
     // What the temperature does comes from sweeps where there are several; else from the running motor, whose cage
     // is warmer than its winding. R_1 itself is the running motor's, (14): a straight line over 5 to 120 Hz of a
-    // bar's curve passes below its end at small slip.
+    // bar's curve passes below its end at small slip, and what is left of a bar's bend at running slips is small.
     const bool given = out_.locked.per_K.known();
     const bool warms = !given && high - low > kLeastSpread_C;
     map.reference_C = std::isfinite(low) ? low : kMissing;
@@ -288,7 +303,8 @@ class Mapping {
     std::vector<std::size_t> cluster;
     for (Eigen::Index k = 0; k < n; ++k) {
       const MapPoint& point = *rows[static_cast<std::size_t>(k)];
-      y[k] = point.state.R_r_ohm / point.kappa - k_6 * std::abs(point.phasor.slip_rad_s());
+      y[k] = point.state.R_r_ohm / point.kappa;
+      y[k] -= map.skin_ohm(point.phasor.slip_rad_s(), y[k]);
       if (given && std::isfinite(point.phasor.stator_C))
         y[k] /= 1.0 + out_.locked.per_K.value * (point.phasor.stator_C - low);
       sigma[k] = std::hypot(5e-3 * y[k], y[k] * point.phasor.slip_sigma / std::abs(point.phasor.slip_rad_s()));
@@ -350,7 +366,14 @@ double LeakageMap::at(double I_A) const {
 
 double RotorMap::at(double w_s, double stator_C, double kappa) const {
   const double rise = per_K.known() && std::isfinite(stator_C) ? per_K.value * (stator_C - reference_C) : 0.0;
-  return kappa * (R_1.value * (1.0 + rise) + (k_6.known() ? k_6.value * std::abs(w_s) : 0.0));
+  const double R = R_1.value * (1.0 + rise);
+  return kappa * (R + skin_ohm(w_s, R));
+}
+
+double RotorMap::skin_ohm(double w_s, double R) const {
+  if (!bar.known()) return k_6.known() ? k_6.value * std::abs(w_s) : 0.0;
+  const double R_2 = bar.R_2_at(R), u = w_s * bar.L_2.value / R_2;
+  return R_2 * u * u / (1.0 + u * u);
 }
 
 double rotor_share(double L_m, double L_m_unsaturated, double L_l) {

@@ -4,6 +4,7 @@
 //   L_m(I_d) = L_0 below the knee, k_1 I_d^2 + k_2 I_d + k_3 above it, joined continuously     (11)
 //   L_l(I)   = k_4 I + k_5                                                                      (12)
 //   R_r      = kappa (R_1(T) + k_6 w_s)                                                         (13)
+// or, in place of k_6 w_s, the bend of deep_bar.h.
 // L_m from no-load records (from slips below the slip rule where there are none): there an error of L_l matters
 // least. L_l where the main flux does not saturate (map within 3 % of L_0) and the load current makes it seen.
 // R_r from slips above the slip rule, less what the iron takes. kappa = (L_mT/L_r)^2 over its unsaturated value
@@ -46,10 +47,13 @@ struct RotorMap {
   Parameter R_1;  // ohm, unsaturated, at reference_C of the winding
   Parameter per_K;
   Parameter k_6;  // ohm s
+  DeepBar bar;    // where the sweep shows it: then in k_6's place
   double reference_C = kMissing;
   double misfit = kMissing;
   bool known() const { return R_1.known(); }
   double at(double w_s, double stator_C, double kappa = 1.0) const;
+  // What the slip frequency adds to an R_1.
+  double skin_ohm(double w_s, double R_1) const;
 };
 
 // One steady window with what the maps make of it.

