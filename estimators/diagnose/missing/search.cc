@@ -34,7 +34,6 @@ void prune(const GlobalProblem& problem, Search& search) {
 void enrich_all(const GlobalProblem& problem, Search& search) {
   const std::vector<Candidate> active = search.final.model.active;
   for (const Candidate& c : active) {
-    if (inside_band(search.final)) return;
     Trial richer = enriched(problem, search.final, c.effect);
     if (richer.left_out_chi2 >= search.final.left_out_chi2) continue;
     search.final = std::move(richer);

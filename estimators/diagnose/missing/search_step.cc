@@ -16,6 +16,7 @@ constexpr double kLargeShare = 0.05;        // of the misfit
 constexpr double kLocalGain = 4.0;          // drop of chi2 for each record's own unknown, in the same units
 constexpr double kRicherGain = 0.02;        // share of the excess that a richer form must take away
 constexpr double kRicherTold = 0.7;         // one record at the far end may carry it all
+constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a value
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
 constexpr double kLocalTold = 1.5;  // a few records may carry it all
@@ -52,12 +53,30 @@ bool worth_its_values(const Trial& with, const Trial& base, std::size_t records)
   return base.chi2 - with.chi2 > kLocalGain * own * scale_of(with) && surely_better(with, base) > kLocalTold;
 }
 
+// One record at the far end of the data may carry a form by itself, and without it the form runs wild there: it
+// is judged on the others.
+bool richer_wins(const Trial& richer, const Trial& plain) {
+  const double won = plain.chi2 - richer.chi2, above = std::max(0.0, plain.chi2 - values_of(plain));
+  if (won < kRicherGain * above || won < kSure * kSure * scale_of(richer)) return false;
+  double others = 0.0, worst = 0.0;
+  for (std::size_t k = 0; k < plain.left_out.size(); ++k) {
+    const double gain = plain.left_out[k] - richer.left_out[k];
+    others += gain;
+    worst = std::min(worst, gain);
+  }
+  return others - worst > 0.0;
+}
+
 bool claimable(const Trial& trial, const Trial& base, std::size_t records) {
   if (!trial.sound || trial.size < 1.0) return false;
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
-  return trial.wald > kSure && surely_better(trial, base) > 1.0 && base.left_out_chi2 > trial.left_out_chi2;
+  if (base.left_out_chi2 <= trial.left_out_chi2) return false;
+  // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
+  const double better = surely_better(trial, base);
+  const bool large = base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) && better > kTold;
+  return large || (trial.wald > kSure && better > 1.0);
 }
 
 // One law for all records is preferred to a value for each, unless it leaves much more unexplained.
@@ -140,14 +159,9 @@ Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t eff
   Trial best = trial;
   const auto forms = kEffectInfos[effect].forms;
   for (std::size_t f = active_form(best.model, effect).form + 1; f < forms.size(); ++f) {
-    if (!forms[f].richer) continue;
+    if (forms[f].local || best.left_out_chi2 < values_of(best)) continue;
     Trial richer = try_form(problem, best.model, {effect, f}, problem.fitted());
-    const double values = static_cast<double>(best.model.fit.values);
-    const double won = best.left_out_chi2 - richer.left_out_chi2;
-    const double above = std::max(0.0, best.left_out_chi2 - values);
-    if (richer.sound && won > kRicherGain * above && won > kSure * kSure &&
-        surely_better(richer, best) > kRicherTold)
-      best = std::move(richer);
+    if (richer.sound && richer_wins(richer, best)) best = std::move(richer);
   }
   return best;
 }

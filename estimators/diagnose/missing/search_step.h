@@ -45,7 +45,7 @@ SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record,
 // Whether a form that frees a value for each record wins enough for that many values.
 bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Trial& base);
 
-// Richer forms of one active effect, kept where records left out ask for them.
+// Richer forms of one active effect, kept where they win much and not on one record alone.
 Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect);
 
 // Whether records left out cannot tell another model from the best. whole: excess without either.

@@ -11,6 +11,7 @@ namespace imrig::est {
 
 namespace {
 
+constexpr double kBent = 3.0;  // rise of chi2 over its forecast, and beside it
 constexpr double kFlat = 1e-11;  // eigenvalue of the scaled normal matrix that is no information
 
 using Indices = std::vector<Eigen::Index>;
@@ -209,9 +210,12 @@ GlobalFit fit_global(const GlobalProblem& problem, const GlobalPoint& start, con
   if (options.intervals && std::isfinite(terms.chi2)) add_intervals(terms, fit);
   if (options.unbiased && fit.converged && fit.noise_covariance.size() > 0) {
     const Eigen::VectorXd shift = fit.noise_covariance * problem.noise_gradient(fit.at, free.shared, which);
-    const GlobalPoint from = fit.at;
-    fit.at = moved(from, free, shift);
-    follow(problem, terms, free, which, from, fit.at);
+    GlobalPoint next = moved(fit.at, free, shift);
+    follow(problem, terms, free, which, fit.at, next);
+    // Along a bent valley the straight shift would leave the minimum.
+    const double forecast = shift.dot(terms.normal * shift);
+    const double rise = problem.evaluate(next, {{}, free.local}, which, options.priors).chi2 - terms.chi2;
+    if (rise < kBent * forecast + kBent) fit.at = std::move(next);
   }
   fit.terms = std::move(terms);
   return fit;
