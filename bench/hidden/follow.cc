@@ -20,17 +20,37 @@ double left_by(const est::SearchStep& step, const std::string& effect) {
   return least;
 }
 
-double nearest(const est::SearchStep& step, const std::vector<std::string>& set,
-               const std::vector<std::string>& truth) {
-  double out = std::numeric_limits<double>::infinity();
-  for (const std::string& name : set) {
-    if (!in(truth, name)) continue;
-    for (const std::string& rival : set) {
-      if (in(truth, rival)) continue;
-      out = std::min(out, 0.5 * std::sqrt(std::max(0.0, left_by(step, rival) - left_by(step, name))));
+struct Pair {
+  std::string truth, rival;
+};
+
+// What was hidden and in the set, with each rival that is said to be separable.
+std::vector<Pair> pairs_of(const est::Diagnosis& first, const std::vector<std::string>& truth) {
+  std::vector<Pair> out;
+  for (const std::string& name : first.confusable) {
+    for (const std::string& rival : first.confusable) {
+      if (!in(truth, name) || in(truth, rival)) continue;
+      const auto& told = first.next_experiment->gauges;
+      const bool gauge = std::any_of(told.begin(), told.end(), [&](const auto& g) {
+        return (g.first == name && g.second == rival) || (g.first == rival && g.second == name);
+      });
+      if (!gauge) out.push_back({name, rival});
     }
   }
   return out;
+}
+
+double nearest(const est::SearchStep& step, const std::vector<Pair>& pairs) {
+  double out = std::numeric_limits<double>::infinity();
+  for (const Pair& p : pairs)
+    out = std::min(out, 0.5 * std::sqrt(std::max(0.0, left_by(step, p.rival) - left_by(step, p.truth))));
+  return out;
+}
+
+bool settles(const est::Diagnosis& second, const std::vector<Pair>& pairs) {
+  return std::all_of(pairs.begin(), pairs.end(), [&](const Pair& p) {
+    return in(second.confusable, p.truth) && !in(second.confusable, p.rival);
+  });
 }
 
 std::vector<Wanted> wanted(const est::NextExperiment& next) {
@@ -47,21 +67,21 @@ std::vector<Wanted> wanted(const est::NextExperiment& next) {
 FollowUp follow_up(const Sealed& sealed, const est::Model& model, const est::Diagnosis& first,
                    const SealOptions& seal, int threads) {
   FollowUp out;
-  const std::vector<std::string>& truth = sealed.seal.truth;
-  out.before = nearest(first.search.steps.front(), first.confusable, truth);
   if (!first.next_experiment) return out;
   const est::NextExperiment& next = *first.next_experiment;
+  const std::vector<Pair> pairs = pairs_of(first, sealed.seal.truth);
   out.what = next.what;
-  out.reference = next.records.empty();
+  out.reference = pairs.empty();
   if (out.reference) return out;
+  out.before = nearest(first.search.steps.front(), pairs);
   out.forecast = next.distinguishability_after;
   Sealed more = sealed;
   take_more(cell(sealed.seal.cell), wanted(next), more, seal);
   est::DiagnoseOptions options;
   options.threads = threads;
   const est::Diagnosis second = est::diagnose(model, more.data, options);
-  out.after = nearest(second.search.steps.front(), first.confusable, truth);
-  out.settled = second.confusable.size() == 1 && in(truth, second.confusable.front());
+  out.after = nearest(second.search.steps.front(), pairs);
+  out.settled = settles(second, pairs);
   return out;
 }
 

@@ -62,7 +62,7 @@ std::vector<Profile> profiles(const Machine& m, double length_s, bool poor, std:
     if (at.v_V * (1.0 + step) > 1.25 * m.v_V || at.i_A > 3.1 * m.i_A) return;
     all.push_back({f_Hz, at.v_V, step, (w - w_slip) / m.pole_pairs, settle_s(m), length_s, false});
   };
-  for (const double f : {15.0, 30.0, 45.0, 60.0}) {
+  for (const double f : {30.0, 60.0}) {
     for (const double load : {0.05, 0.4, 0.8, 1.2}) {
       if (poor) add(f * m.f_Hz / 60.0, load * m.w_slip_rad_s, 0.8 * m.psi_Wb);
     }

@@ -183,9 +183,11 @@ std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem
   const Separation all(problem, doubt.base, members, experiments);
   const Wanted wanted = separable(all);
   std::string gauges;
+  std::vector<std::pair<std::string, std::string>> told;
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     const Apart& p = all.now()[k];
     if (wanted[k] || p.a > p.b) continue;
+    told.emplace_back(names[p.a], names[p.b]);
     gauges += fmt::format(
         "{}{} and {} look alike in every record this rig can take (cosine above {}): only {} tells them "
         "apart",
@@ -197,6 +199,7 @@ std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem
     out.kind = "reference";
     out.what = reference_for(names[0], names[1]);
     out.why = gauges;
+    out.gauges = told;
     out.distinguishability_before = smallest_d(all.now(), everything);
     return out;
   }
@@ -213,6 +216,7 @@ std::optional<NextExperiment> separating_experiment(const GlobalProblem& problem
   if (after < kConfusable) why += "; it takes more than one such campaign";
   if (!gauges.empty()) why += "; " + gauges;
   NextExperiment out = planned(experiments[choice.experiment], range, doubt.base, repeats, why);
+  out.gauges = told;
   out.distinguishability_before = before;
   out.distinguishability_after = after;
   return out;

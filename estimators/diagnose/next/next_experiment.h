@@ -11,6 +11,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estimators/diagnose/missing/search.h"
@@ -27,9 +28,10 @@ struct NextExperiment {
   std::string plan;  // path, when one was written
   std::string why;
   double distinguishability_before = kMissing, distinguishability_after = kMissing;
-  std::string what;                    // the experiment in plain words
-  std::string toml;                    // the campaign plan; empty where no record helps
-  std::vector<PlannedRecord> records;  // once each
+  std::string what;                                         // the experiment in plain words
+  std::string toml;                                         // the campaign plan; empty where no record helps
+  std::vector<PlannedRecord> records;                       // once each
+  std::vector<std::pair<std::string, std::string>> gauges;  // effects that no record tells apart
   int repeats = 1;
 };
 
