@@ -13,6 +13,7 @@ OperatingPointConfig point_config(const EstimatorConfig& c) {
   OperatingPointConfig point = c.point;
   point.pole_pairs = c.follower.motor.pole_pairs;
   point.voltage_held = c.follower.voltage_held;
+  point.leakage_H = c.follower.motor.base.L_l;
   return point;
 }
 

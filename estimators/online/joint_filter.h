@@ -41,6 +41,8 @@ class JointFilter {
   // the last one. A running motor tells R_s poorly: without it, R_s drifts off and takes L_m along.
   void anchor_R_s(double R_s_ohm, double relative_sigma, double dt_s);
 
+  void set_current_noise(double sigma_A) { config_.current_noise_A = sigma_A; }
+
   MachineParameters<double> parameters() const;
   MachineParameters<double> relative_sigma() const;
   bool started() const { return corrections_ > 0; }

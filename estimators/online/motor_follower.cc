@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimators/online/held_voltage.h"
 #include "rig/base/space_vector.h"
 
 namespace imrig::est {
@@ -65,7 +64,8 @@ void MotorFollower::begin(const Chunk& chunk) {
     c.k_6_ohm_s = config_.motor.k_6_ohm_s;
     c.settle_s = config_.settle_s;
     c.least_slip = config_.least_slip;
-    if (config_.voltage_held) c.voltage_lag_s = held_lag_s(sample_time_s_, filter_s_);
+    c.behind_filter_s = filter_s_;
+    c.voltage_held = config_.voltage_held;
     observer_ = std::make_unique<RotorObserver>(c);
   }
   observer_->interrupt(chunk.first_index);
@@ -84,7 +84,7 @@ void MotorFollower::work(const SampleBlock& block) {
   if (c.fresh) begin(c);
   const double h = c.sample_time_s;
   const int poles = config_.motor.pole_pairs;
-  renew_stator(c.stator_C, c.first_index);
+  renew_stator(c.stator_C, c.first_index + static_cast<std::int64_t>(c.n) - 1);
   if (!c.gates_on) return;
   for (std::size_t k = c.cold; k < c.n; ++k) {
     const std::int64_t index = c.first_index + static_cast<std::int64_t>(k);

@@ -95,6 +95,7 @@ class OperatingPointEstimator::Impl {
     facts_.sample_time_s = 1e-9 * static_cast<double>(sample_time_ns_);
     facts_.pole_pairs = config_.pole_pairs;
     facts_.voltage_held = config_.voltage_held;
+    facts_.leakage_H = config_.voltage_held ? config_.leakage_H : 0.0;
     const auto samples = [this](double s) {
       return static_cast<std::size_t>(std::clamp(std::round(s / facts_.sample_time_s), 8.0, kMostSamples));
     };

@@ -83,6 +83,7 @@ struct OperatingPointConfig {
   double lowest_Hz = 0.5;        // below: no fundamental
   double least_voltage_V = 0.5;  // rms of the voltage vector below which no fundamental is looked for
   bool voltage_held = false;     // the inverter holds its voltage from sample to sample: true for the rig's
+  double leakage_H = 0.0;        // L_l, for the ripple that such steps make in the current; 0: not undone
 };
 
 class OperatingPointEstimator {

@@ -8,13 +8,15 @@ namespace imrig::est {
 
 namespace {
 
+// At first the noise has to hold the error of a start that is 30 % off, too: with less the filter believes its
+// first, wrong slopes.
+constexpr double kDoubting_A = 0.2, kBelieving_A = 0.03, kDoubting_s = 3.0;
 constexpr double kNoise_A = 0.03;  // behind the filter: changes below are none
 
 JointFilterConfig wide(const MotorKnowledge& motor) {
   JointFilterConfig c;
   c.start = motor.base;
   c.sigma = {0.3, 0.3, 0.3, 0.3};
-  c.current_noise_A = 0.015;  // behind the filter
   c.voltage_noise_V = 0.3;
   return c;
 }
@@ -38,6 +40,7 @@ void StandingMotor::forget_level() {
 std::optional<StandingMotor::Resistance> StandingMotor::take(std::complex<double> v, std::complex<double> i, double h, std::int64_t index) {
   if (!running_) {
     filter_.reset(0.01);
+    filter_.set_current_noise(kDoubting_A);
     tones_s_ = 0.0;
   }
   running_ = true;
@@ -48,6 +51,7 @@ std::optional<StandingMotor::Resistance> StandingMotor::take(std::complex<double
   sums_.n += 1.0;
   if (kind_ == Kind::kTones) {
     tones_s_ += h;
+    if (tones_s_ > kDoubting_s) filter_.set_current_noise(kBelieving_A);
     tones_index_ = index;
   }
   return sums_.n * h >= kWindow_s ? close() : std::nullopt;
@@ -60,7 +64,8 @@ std::optional<StandingMotor::Resistance> StandingMotor::close() {
   if (!(square > kLeast_A * kLeast_A)) return std::nullopt;
   const double most = std::max(kChanging * std::sqrt(square), kNoise_A);
   if (square - mean > most * most) {
-    kind_ = Kind::kTones;
+    // What is neither constant nor alternating is a direct current on its way.
+    kind_ = square - mean > kAlternating * kAlternating * square ? Kind::kTones : Kind::kNone;
     forget_level();
     return std::nullopt;
   }

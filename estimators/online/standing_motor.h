@@ -39,7 +39,7 @@ class StandingMotor {
   std::int64_t tones_index() const { return tones_index_; }
 
  private:
-  static constexpr double kLeastTones_s = 1.0, kChanging = 0.005;  // share of the current
+  static constexpr double kLeastTones_s = 1.0, kChanging = 0.005, kAlternating = 0.1;  // shares of the current
   static constexpr double kWindowSigma = 0.005, kDecayDoubt = 0.2;  // of one window's R_s; of what is left of the tail
   struct Sums {
     double power = 0.0, square = 0.0, n = 0.0;

@@ -65,17 +65,19 @@ bool analyse_electrical(const WindowBuffer& window, const WindowFrequency& frequ
       volts.positive * (facts.voltage_held
                             ? held_voltage(frequency.rad_per_sample, facts.sample_time_s, facts.voltage_filter_s)
                             : SpaceVector(1.0, w_rad_s * facts.voltage_filter_s));
+  const SpaceVector I = amps.positive + ripple_share(V, w_rad_s, facts.sample_time_s, facts.leakage_H);
   out.voltage_zero_V = volts.zero;
   out.current_zero_A = amps.zero;
   const double root_n = std::sqrt(static_cast<double>(frequency.samples));
   out.frequency_Hz = w_rad_s / (2.0 * kPi);
   out.voltage_V = std::abs(V);
-  out.current_A = std::abs(amps.positive);
+  out.current_A = std::abs(I);
   // With the other phase order the vectors turn the other way: what is ahead in time is behind in angle.
-  const double ahead = std::arg(V * std::conj(amps.positive));
+  const double ahead = std::arg(V * std::conj(I));
   out.phi_rad = frequency.rad_per_sample > 0.0 ? ahead : -ahead;
   out.input_power_W =
-      mean_power_W(v, i) - power_W(volts.zero, amps.zero) + power_W(V - volts.positive, amps.positive);
+      mean_power_W(v, i) - power_W(volts.zero, amps.zero) + power_W(V, I) -
+      power_W(volts.positive, amps.positive);
   const double per_sample = frequency_sigma(std::abs(volts.positive), volts.residual_rms, frequency.samples);
   out.sigma_frequency_Hz = per_sample / (2.0 * kPi * facts.sample_time_s);
   out.sigma_voltage_V = volts.residual_rms / (std::numbers::sqrt2 * root_n);

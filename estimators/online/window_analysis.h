@@ -14,6 +14,7 @@ struct WindowFacts {
   int encoder_counts_per_rev = 0;
   int pole_pairs = 1;
   bool voltage_held = false;
+  double leakage_H = 0.0;  // 0: no ripple to be undone
 };
 
 struct WindowFrequency {

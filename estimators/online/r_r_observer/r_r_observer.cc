@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "estimators/online/held_voltage.h"
 #include "estimators/online/tone.h"
 #include "rig/base/error.h"
 #include "rig/base/space_vector.h"
@@ -152,7 +153,14 @@ RotorEstimate RotorObserver::close() {
   e.slip = e.w_s_rad_s / w_e;
   e.voltage_V = sums_.V / n;
   e.current_A = sums_.I / n;
-  e.phi_rad = (w_e > 0.0 ? phase_.phi_rad() : -phase_.phi_rad()) + std::abs(w_e) * config_.voltage_lag_s;
+  e.phi_rad = w_e > 0.0 ? phase_.phi_rad() : -phase_.phi_rad();
+  if (config_.voltage_held) {
+    e.phi_rad += std::abs(w_e) * held_lag_s(config_.sample_time_s, config_.behind_filter_s);
+    const std::complex<double> I = std::polar(e.current_A, -e.phi_rad) +
+                                   ripple_share(e.voltage_V, std::abs(w_e), config_.sample_time_s, config_.circuit.L_l_H);
+    e.current_A = std::abs(I);
+    e.phi_rad = -std::arg(I);
+  }
   const OperatingPoint point = point_of(e);
   const bool steady = steady_.take(point);
   e.sigma_voltage_V = point.sigma_voltage_V;

@@ -28,13 +28,14 @@ namespace imrig::est {
 struct RotorObserverConfig {
   int pole_pairs = 2;
   double sample_time_s = 60e-6;
-  double voltage_filter_s = 0.0;  // time constant; 0: none
+  double voltage_filter_s = 0.0;  // time constant that the current is given here; 0: none
+  double behind_filter_s = 0.0;   // time constant that both have when they come in (the current by the caller)
   RotorCircuit circuit;
   double k_6_ohm_s = 0.0;    // of R_r = R_1 + k_6 |w_s|
   double settle_s = 0.0;     // of R_1; 0: the newest window alone
   double least_slip = 0.02;  // the paper's
   double window_s = 0.2;     // shortest; longer for two periods
-  double voltage_lag_s = 0.0;  // by which the voltage still lags behind the filtered current (held_voltage.h)
+  bool voltage_held = false;  // from sample to sample: what that does to both channels is undone (held_voltage.h)
   double longest_s = 4.0;    // a window without two periods by then is given up
 };
 

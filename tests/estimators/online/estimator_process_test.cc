@@ -55,7 +55,7 @@ TEST(EstimatorProcess, PublishesTheCoresEstimatesAndAcknowledgesWhatItHasRead) {
   const std::size_t n = 100 * 256, lost = 60 * 256;
   const Samples x = make_samples(s, n);
   std::vector<OperatingPoint> expected;
-  OperatingPointEstimator core({.pole_pairs = config.motor.pole_pairs, .voltage_held = true},
+  OperatingPointEstimator core({.pole_pairs = config.motor.pole_pairs, .voltage_held = true, .leakage_H = config.motor.L_l_H},
                                [&](const auto& p) { expected.push_back(p); });
   std::int64_t seq = 0;
   for (std::size_t at = 0; at < n; at += 256, ++seq) {
