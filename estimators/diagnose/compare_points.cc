@@ -75,6 +75,7 @@ void compare_points(const ModelPrediction& model, const DataSet& data, const Rec
     for (const auto& channel : kChannels) {
       const double m = measured.*channel.place, p = predicted.*channel.place;
       point.channels[channel.name] = {channel.scale * m, channel.scale * p};
+      stretch.signed_errors.push_back({channel.name, "", channel.scale * (m - p)});
       if (std::isnan(m) || std::isnan(p)) continue;
       const double variance =
           square(own_sigma(channel, data.noise, measured)) + inputs.variance(channel.place);
@@ -85,7 +86,6 @@ void compare_points(const ModelPrediction& model, const DataSet& data, const Rec
       add_value(one, scale2 * square(m - p), scale2 * square(m), scale2 * variance);
       add_sums(out.channels[channel.name], one);
       stretch.channels[channel.name] = one;
-      stretch.signed_errors.push_back({channel.name, "", channel.scale * (m - p)});
     }
     stretch.conditions = point.conditions;
     out.stretches.push_back(std::move(stretch));

@@ -111,19 +111,27 @@ struct Figure {
   std::vector<double> values;
 };
 
-// Signed errors that every unit has; a table may lack a channel here and there.
+// An empty cell takes the middle, which says nothing; a figure that most units lack is none.
+bool filled(std::vector<double>& values) {
+  std::vector<double> known;
+  for (const double x : values) {
+    if (std::isfinite(x)) known.push_back(x);
+  }
+  if (2 * known.size() < values.size() || known.empty()) return false;
+  const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+  std::nth_element(known.begin(), middle, known.end());
+  for (double& x : values) x = std::isfinite(x) ? x : *middle;
+  return true;
+}
+
 std::vector<Figure> figures_of(const std::vector<Unit>& units, const std::vector<Stretch::Signed>& names) {
   std::vector<Figure> out{{"current_A", "size", {}}};
   for (const auto& name : names) out.push_back({name.channel, name.part.empty() ? "sign" : name.part, {}});
   for (const Unit& u : units) {
     out[0].values.push_back(u.log_size);
-    for (std::size_t k = 0; k < std::min(names.size(), u.signed_errors.size()); ++k)
-      out[k + 1].values.push_back(u.signed_errors[k]);
+    for (std::size_t k = 0; k < names.size(); ++k) out[k + 1].values.push_back(u.signed_errors[k]);
   }
-  std::erase_if(out, [&](const Figure& f) {
-    return f.values.size() != units.size() ||
-           !std::all_of(f.values.begin(), f.values.end(), [](double x) { return std::isfinite(x); });
-  });
+  std::erase_if(out, [](Figure& f) { return !filled(f.values); });
   return out;
 }
 
@@ -163,10 +171,13 @@ FailureMap failure_map(const std::vector<const std::vector<Stretch>*>& records, 
   const bool points = from == "points", clock = !points && one_clock(records);
   std::vector<Unit> units, by_record;
   std::vector<const Stretch*> stretches;
+  std::vector<Stretch::Signed> names;
   for (std::size_t r = 0; r < records.size(); ++r) {
     std::vector<Unit> own;
     for (const Stretch& s : *records[r]) {
       own.push_back(unit_of(s, r));
+      if (stretches.empty()) names = s.signed_errors;
+      own.back().signed_errors.resize(names.size(), kMissing);
       if (!clock) own.back().conditions[6] = static_cast<double>(points ? units.size() + own.size() : r + 1);
       stretches.push_back(&s);
     }
@@ -185,7 +196,7 @@ FailureMap failure_map(const std::vector<const std::vector<Stretch>*>& records, 
   const bool whole_records = by_record.size() >= kFewestUnits;
   out.shuffled = points ? "points" : whole_records ? "records" : "stretches";
   if (stretches.empty()) return out;
-  test(points || !whole_records ? units : by_record, stretches.front()->signed_errors,
+  test(points || !whole_records ? units : by_record, names,
        points || whole_records ? Shuffle::kFree : Shuffle::kCircle, seed, out);
   return out;
 }

@@ -17,6 +17,7 @@ struct Stretch {
   Channels channels;
   // Signed errors of its channels, which |error| hides where a fit balances them: of the current its mean in
   // phase with the voltage and behind it ("active", "reactive", A); of a point each channel's own ("", unit).
+  // The same list in every stretch; NaN where a cell was empty.
   struct Signed {
     std::string channel, part;
     double error = kMissing;

@@ -204,6 +204,7 @@ TEST(FailureMap, OfATableIsMadeOfItsPoints) {
     table.points.back().p_out_W -= 2.0 * k * k;  // a loss with the load, which no base model has
     table.points.back().torque_Nm = kMissing;
   }
+  table.points[0].p_in_W = kMissing;  // an empty cell moves no other channel's error
   const auto result = compare(cold.model(), test::data_set({table}));
   const FailureMap& map = result.maps.at(0);
   EXPECT_EQ(map.from, "points");
@@ -211,9 +212,43 @@ TEST(FailureMap, OfATableIsMadeOfItsPoints) {
   EXPECT_GT(named(map, "slip").bins.size(), 2u);
   EXPECT_LT(named(map, "slip").p_value, 0.05);
   EXPECT_EQ(named(map, "slip").part, "sign");
+  EXPECT_EQ(named(map, "slip").channel, "output_power_W");
   const auto& bins = named(map, "slip").bins;
   EXPECT_GT(bins.back().channels.at("output_power_W").nrmse,
             2.0 * bins.front().channels.at("output_power_W").nrmse);
+}
+
+// Conditions, channels and signed errors missing here and there, records empty or few.
+TEST(FailureMap, TakesWhateverIsMissing) {
+  std::mt19937_64 random(1);
+  const auto number = [&] {
+    return random() % 5 == 0 ? kMissing : static_cast<double>(random() % 1000) / 500.0 - 1.0;
+  };
+  for (int round = 0; round < 100; ++round) {
+    std::vector<std::vector<Stretch>> records(random() % 12);
+    std::vector<const std::vector<Stretch>*> all;
+    for (auto& record : records) {
+      record.resize(random() % 6);
+      for (Stretch& s : record) {
+        s.conditions = {number(), number(), number(), number(), number(), number(), number(), number()};
+        s.time_s = number();
+        if (random() % 4 == 0) continue;
+        ChannelResult c;
+        c.dof = 2.0;
+        add_value(c, std::abs(number()), 1.0, number());
+        s.channels["current_A"] = c;
+        s.signed_errors = {{"current_A", "active", number()}, {"current_A", "reactive", number()}};
+      }
+      all.push_back(&record);
+    }
+    const FailureMap map = failure_map(all, round % 2 == 0 ? "points" : "time series", 1);
+    for (const MapCondition& c : map.conditions) {
+      std::size_t stretches = 0;
+      for (const MapBin& bin : c.bins) stretches += bin.stretches;
+      EXPECT_LE(stretches, map.stretches);
+      EXPECT_TRUE(std::isnan(c.p_value) || (c.p_value > 0.0 && c.p_value <= 1.0)) << c.p_value;
+    }
+  }
 }
 
 TEST(FailureMap, SaysTheSameBitsAgain) {
