@@ -54,11 +54,12 @@ def worst_records(before, after, out):
     script = "set multiplot layout 2,2\nset bmargin 3\nset lmargin 9\n"
     data = ""
     for k, (name, compared) in enumerate((("base model", before), ("improved model", after))):
-        worst = compared["overlays"][0]
+        kinds = {record["id"]: record["kind"] for record in compared["records"]}
+        worst = next(o for o in compared["overlays"] if kinds[o["record"]] == "step")
         rows = [(t, m[0], p[0], m[0] - p[0]) for t, m, p in zip(worst["t_s"], worst["measured_A"], worst["predicted_A"])]
         rows = rows[: max(4, len(rows) * 2 // 5) : 2]
         data += block(f"d{k}", rows)
-        script += (f"set title '{name}, its worst record ({worst['record']})' noenhanced\nset ylabel 'i_α, A'\nset yrange [-35:45]\nunset xlabel\n"
+        script += (f"set title '{name}, its worst step ({worst['record']})' noenhanced\nset ylabel 'i_α, A'\nset yrange [-35:45]\nunset xlabel\n"
                    f"plot $d{k} using 1:2 with lines lw 3 lc rgb '#1d2433' title 'measured', '' using 1:3 with lines lw 1.5 lc rgb '#e8590c' title 'model'\n")
     for k in range(2):
         script += (f"unset title\nset ylabel 'error, A'\nset xlabel 'time, s'\nset yrange [-8:8]\n"
