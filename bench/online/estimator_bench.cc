@@ -13,7 +13,7 @@
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 #include "rig/base/rig_config.h"
-#include "rig/bus/event_log.h"
+#include "rig/bus/guarded_decode.h"
 #include "tests/estimators/online/emulated_motor.h"
 
 namespace imrig::bench {
@@ -60,8 +60,11 @@ Result ns_per_sample(const std::string& root) {
   const bool pinned = pin_to_one_core();
   std::int64_t estimates = 0, samples = 0;
   const auto work = [&] {
-    est::EstimatorNode node(estimator_config(root), [](const std::string&, Bytes) {});
-    for (const auto& m : messages) node.take(m);
+    est::EstimatorNode node(estimator_config(root), [](est::EstimatorNode::Kind, Bytes) {});
+    imrig_msg::samples_t block = {};
+    for (const auto& m : messages) {
+      if (guarded_decode_into(m, block)) node.take(block);
+    }
     estimates = node.estimates();
     samples = node.read_index();
   };

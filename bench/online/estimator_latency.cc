@@ -21,6 +21,7 @@
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 #include "rig/bus/bus.h"
+#include "rig/bus/channels.h"
 
 extern char** environ;
 
@@ -72,10 +73,11 @@ class Course {
   Course(const std::string& root, int seconds)
       : messages_(motor_messages(root, 1e6 * seconds / kPace_us * 256 * 60e-6 / 2.0)), url_(fmt::format("udpm://239.255.76.77:{}?ttl=0&recv_buf_size=4194304", 20000 + ::getpid() % 20000)) {
     bool emitted = false;
-    est::EstimatorNode node(estimator_config(root), [&](const std::string& name, Bytes) { emitted = emitted || name == channel::kMotorEstimate; });
+    est::EstimatorNode node(estimator_config(root), [&](est::EstimatorNode::Kind kind, Bytes) { emitted = emitted || kind == est::EstimatorNode::Kind::kMotor; });
+    imrig_msg::samples_t block = {};
     for (const auto& m : messages_) {
       emitted = false;
-      node.take(m);
+      if (guarded_decode_into(m, block)) node.take(block);
       completes_.push_back(emitted);
     }
   }

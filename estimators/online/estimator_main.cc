@@ -27,6 +27,7 @@
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
 #include "rig/bus/event_log.h"
+#include "rig/bus/guarded_decode.h"
 #include "rig/bus/replay.h"
 
 namespace imrig::est {
@@ -60,6 +61,11 @@ void take_privileges(const EstimatorOptions& options) {
   if (::sched_setscheduler(0, SCHED_FIFO, &priority) != 0) tell("real-time priority");
 }
 
+const std::string& channel_of(EstimatorNode::Kind kind) {
+  static const std::string point = channel::kEstimate, motor = channel::kMotorEstimate;
+  return kind == EstimatorNode::Kind::kPoint ? point : motor;
+}
+
 // What is published, kept in an event log at the rig's time.
 class EstimateLog {
  public:
@@ -78,11 +84,13 @@ class EstimateLog {
 class EstimatorProcess {
  public:
   EstimatorProcess(const EstimatorConfig& config, Bus& bus, EstimateLog& log)
-      : bus_(bus), instance_(random_id()), node_(config, [this, &log](const std::string& name, Bytes data) {
-          bus_.publish_raw(name, data);
-          log.keep(name, data, node_.utime());
+      : bus_(bus), instance_(random_id()), node_(config, [this, &log](EstimatorNode::Kind kind, Bytes data) {
+          bus_.publish_raw(channel_of(kind), data);
+          log.keep(channel_of(kind), data, node_.utime());
         }) {
-    bus.subscribe_raw(channel::kSamples, [this](std::string_view, Bytes data) { node_.take(data); });
+    bus.subscribe_raw(channel::kSamples, [this](std::string_view, Bytes data) {
+      if (guarded_decode_into(data, samples_)) node_.take(samples_);
+    });
   }
 
   void turn() {
@@ -128,6 +136,7 @@ class EstimatorProcess {
 
   Bus& bus_;
   std::int64_t instance_;
+  imrig_msg::samples_t samples_ = {};  // kept for its arrays' memory
   std::int64_t told_index_ = 0, ack_seq_ = 0, heartbeat_seq_ = 0;
   std::int64_t ack_due_us_ = 0, heartbeat_due_us_ = 0;
   EstimatorNode node_;
@@ -144,13 +153,14 @@ Url file_url(const std::string& text) {
 int read_log(const Url& url, const EstimatorConfig& config, const std::string& prefix, EstimateLog& log) {
   EventLogReader reader(url.path);
   const std::string samples = prefix + "_" + channel::kSamples;
-  EstimatorNode node(config, [&](const std::string& name, Bytes data) { log.keep(name, data, node.utime()); });
+  EstimatorNode node(config, [&](EstimatorNode::Kind kind, Bytes data) { log.keep(channel_of(kind), data, node.utime()); });
+  imrig_msg::samples_t block = {};
   ReplayOptions pace;
   const long speed = url.option_or("speed", 1, 0, 1'000'000);
   pace.speed = speed == 0 ? std::numeric_limits<double>::infinity() : static_cast<double>(speed);
   pace.max_rate_per_s = 1e12;
   pace.keep_going = [] { return !g_stop; };
-  replay(reader, [&](const std::string& channel, Bytes data) { if (channel == samples) node.take(data); }, pace);
+  replay(reader, [&](const std::string& channel, Bytes data) { if (channel == samples && guarded_decode_into(data, block)) node.take(block); }, pace);
   std::printf("%lld estimates, %lld lost blocks\n", static_cast<long long>(node.estimates()),
               static_cast<long long>(node.lost_blocks()));
   return 0;

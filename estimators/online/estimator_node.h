@@ -1,31 +1,29 @@
 #pragma once
-// The estimator between two wires of bytes: SAMPLES in, ESTIMATE and MOTOR_ESTIMATE out. Messages and buffers are
-// kept, so that a block of samples costs no allocation once the sample time is known.
+// The estimator between two messages: samples_t in, the bytes of estimate_t and motor_estimate_t out. Buffers are
+// kept, so that a block of samples costs no allocation once the sample time is known. Knows no bus: its caller
+// decodes, and names the channels.
 
 #include <cstdint>
 #include <functional>
 #include <imrig_msg/samples_t.hpp>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "estimators/online/estimate_message.h"
-#include "rig/bus/channels.h"
-#include "rig/bus/guarded_decode.h"
 
 namespace imrig::est {
 
 class EstimatorNode {
  public:
-  // Channel without its prefix; the bytes are good during the call.
-  using Out = std::function<void(const std::string& name, Bytes data)>;
+  enum class Kind { kPoint, kMotor };
+  // The bytes are good during the call.
+  using Out = std::function<void(Kind kind, std::span<const std::uint8_t> data)>;
 
   EstimatorNode(const EstimatorConfig& config, Out out)
       : out_(std::move(out)), estimator_(config, [this](const MotorEstimate& e) { publish(e); }) {}
 
-  // One SAMPLES message; anything else is passed over: false.
-  bool take(Bytes data) {
-    if (!guarded_decode_into(data, samples_)) return false;
-    const imrig_msg::samples_t& m = samples_;
+  // One block of samples; a malformed one is passed over: false.
+  bool take(const imrig_msg::samples_t& m) {
     if (m.n < 1 || m.first_index < 0 || m.first_index > kMostIndex || m.seq < 0 || m.seq > kMostIndex) return false;
     if (!following_ || m.boot_id != boot_id_) {
       following_ = true;
@@ -52,13 +50,13 @@ class EstimatorNode {
   static constexpr std::int64_t kMostIndex = std::int64_t{1} << 62;
 
   void publish(const MotorEstimate& e) {
-    if (e.window) send(point_name_, message_of(e.point, ++point_seq_), point_bytes_);
-    send(motor_name_, message_of(e, ++seq_), motor_bytes_);
+    if (e.window) send(Kind::kPoint, message_of(e.point, ++point_seq_), point_bytes_);
+    send(Kind::kMotor, message_of(e, ++seq_), motor_bytes_);
   }
   template <class Message>
-  void send(const std::string& name, const Message& m, std::vector<std::uint8_t>& bytes) {
+  void send(Kind kind, const Message& m, std::vector<std::uint8_t>& bytes) {
     m.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    out_(name, bytes);
+    out_(kind, bytes);
   }
   // Both types have one size.
   template <class Message>
@@ -67,8 +65,6 @@ class EstimatorNode {
   }
 
   Out out_;
-  imrig_msg::samples_t samples_ = {};
-  const std::string point_name_ = channel::kEstimate, motor_name_ = channel::kMotorEstimate;
   std::vector<std::uint8_t> point_bytes_ = room<imrig_msg::estimate_t>(), motor_bytes_ = room<imrig_msg::motor_estimate_t>();
   bool following_ = false;
   std::int64_t boot_id_ = 0, next_block_ = 0, read_index_ = 0, lost_blocks_ = 0, utime_ = 0, seq_ = 0, point_seq_ = 0;

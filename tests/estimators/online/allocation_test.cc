@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "estimators/online/estimator_node.h"
+#include "rig/bus/guarded_decode.h"
 #include "tests/estimators/online/sample_message.h"
 #include "tests/estimators/online/synthetic.h"
 #include "tests/support/count_allocations.h"
@@ -43,10 +44,15 @@ TEST(EstimatorMemory, ABlockCostsNoAllocationOnceTheSampleTimeIsKnown) {
   EstimatorConfig config;
   config.follower.motor = knowledge_of(nominal_model(MotorConfig{}));
   std::int64_t bytes_out = 0;
-  EstimatorNode node(config, [&](const std::string&, Bytes data) { bytes_out += static_cast<std::int64_t>(data.size()); });
-  node.take(messages[0]);
+  EstimatorNode node(config, [&](EstimatorNode::Kind, Bytes data) { bytes_out += static_cast<std::int64_t>(data.size()); });
+  imrig_msg::samples_t block = {};
+  const auto take = [&](const std::vector<std::uint8_t>& bytes) {
+    ASSERT_TRUE(guarded_decode_into(bytes, block));
+    node.take(block);
+  };
+  take(messages[0]);
   const long before = test::allocations;
-  for (const auto& m : messages) node.take(m);
+  for (const auto& m : messages) take(m);
   EXPECT_EQ(test::allocations, before);
   EXPECT_GT(node.estimates(), 20);
   EXPECT_GT(bytes_out, 20 * 1000);
