@@ -85,12 +85,15 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
     CandidateResult c;
     c.effect = kEffectInfos[effect].name;
     c.score = score.lambda;
+    c.p_value = score.p_value;
     c.holdout_nrmse_before = before;
     const Trial* trial = trial_of(step, effect);
     c.form = form_of(score.candidate).name;
     if (trial != nullptr) {
-      c.p_value = family_wise(
-          form_of(trial->candidate).local ? std::max(0.0, surely_better(*trial, step.base)) : trial->wald);
+      c.p_value = form_of(trial->candidate).local
+                      ? family_wise(std::max(0.0, surely_better(*trial, step.base)))
+                  : score.p_value < 1.0 ? score.p_value
+                                        : family_wise(trial->wald);
       c.holdout_nrmse_after = judge(problem, trial->model, problem.holdout()).nrmse();
       add_estimate(trial->model, trial->candidate, c);
     } else {
@@ -149,8 +152,8 @@ void explain_findings(const SearchStep& step, Diagnosis& d) {
   d.explanation.push_back(fmt::format("{}.", info.sentence));
   std::string values;
   for (const auto& [name, p] : d.candidates.front().estimate)
-    values += fmt::format("{}{} = {:.4g} {} (95 %: {:.4g} to {:.4g})", values.empty() ? "" : "; ", name,
-                          p.value, p.unit, p.ci95_low, p.ci95_high);
+    values += fmt::format("{}{} = {:.4g}{} (95 %: {:.4g} to {:.4g})", values.empty() ? "" : "; ", name,
+                          p.value, p.unit == "1" ? std::string() : fmt::format(" {}", p.unit), p.ci95_low, p.ci95_high);
   if (!values.empty()) d.explanation.push_back(fmt::format("{}: {}.", info.equation, values));
   std::vector<std::string> also;
   for (std::size_t k = 1; k < d.search.findings.size(); ++k)
@@ -183,7 +186,11 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const bool inside = after < kBand && d.search.at_floor;
   const double left = before > 1.0 ? std::max(0.0, after - 1.0) / (before - 1.0) : 0.0;
   if (d.search.findings.empty()) {
-    d.verdict = before < kBand ? (few_could_be_seen(d) ? "cannot_tell" : "adequate") : "unknown";
+    // Records left out that are off though the fit is not: too few to hold the parameters.
+    const bool fits = first.base.chi2 < kBand * static_cast<double>(first.base.model.fit.values);
+    d.verdict = before < kBand ? (few_could_be_seen(d) ? "cannot_tell" : "adequate")
+                : fits         ? "cannot_tell"
+                               : "unknown";
   } else {
     const Finding& main = d.search.findings.front();
     d.confusable.push_back(name_of(main.candidate));
@@ -196,9 +203,11 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     if ((!inside && left > 1.0 - kExplained) || moving || too_many) d.verdict = "unknown";
   }
   if (d.verdict == "unknown") {
-    d.unexplained = describe_unexplained(problem, d.search.final);
     d.effect.clear();
+    d.confusable.clear();
   }
+  if (d.verdict == "unknown" || (!d.effect.empty() && after > kBand))
+    d.unexplained = describe_unexplained(problem, d.search.final);
 }
 
 void explain(const GlobalProblem& problem, Diagnosis& d) {
@@ -206,7 +215,7 @@ void explain(const GlobalProblem& problem, Diagnosis& d) {
   if (!problem.noise().declared)
     d.explanation.push_back(
         "No noise is declared: it was taken from the data, and figures relative to it are estimates.");
-  if (problem.noise().declared_factor > 1.25)
+  if (problem.noise().declared_factor > kBelieved)
     d.explanation.push_back(
         fmt::format("The current's noise is {:.2g} times what was declared; the data are believed.",
                     problem.noise().declared_factor));
@@ -215,6 +224,13 @@ void explain(const GlobalProblem& problem, Diagnosis& d) {
     d.explanation.push_back(fmt::format(
         "Nothing is missing that {} records could show: the misfit is {:.3g} times what noise leaves.",
         problem.fitted().size(), chi2_per_value(first.base)));
+  if (!d.effect.empty() && d.unexplained)
+    d.explanation.push_back("Something remains that no effect of the library explains: " +
+                            d.unexplained->description);
+  if (!d.effect.empty() && !d.unexplained && !d.search.at_floor)
+    d.explanation.push_back(
+        "Records held out lie above what noise leaves: they may reach beyond what was fitted (larger current, flux "
+        "or slip), where the form of an effect is not known.");
   if (d.verdict == "unknown")
     d.explanation.push_back("No effect of the library explains the misfit: " + d.unexplained->description);
   if (d.verdict == "cannot_tell")

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "estimators/diagnose/missing/family_wise.h"
 #include "estimators/model/effects/registry.h"
 
 namespace imrig::est {
@@ -34,7 +35,31 @@ struct Projected {
   std::vector<std::size_t> entries;
   Eigen::MatrixXd M;
   Eigen::VectorXd g;
+  Eigen::MatrixXd blocks;  // g by stretches of records
 };
+
+// Gradients over the stretches of all records, their own unknowns eliminated: shared entries x blocks.
+Eigen::MatrixXd block_gradients(const std::vector<RecordTerms>& records, Eigen::Index shared) {
+  std::vector<Eigen::MatrixXd> parts;
+  Eigen::Index columns = 0;
+  for (const RecordTerms& r : records) {
+    Eigen::MatrixXd g = r.stretch_gradient.size() > 0 ? r.stretch_gradient : Eigen::MatrixXd(r.gradient);
+    const Eigen::Index l = g.rows() - shared;
+    Eigen::MatrixXd own = g.topRows(shared);
+    if (l > 0)
+      own -= r.normal.topRightCorner(shared, l) *
+             solve_spd(r.normal.bottomRightCorner(l, l), g.bottomRows(l));
+    columns += own.cols();
+    parts.push_back(std::move(own));
+  }
+  Eigen::MatrixXd out(shared, columns);
+  columns = 0;
+  for (const Eigen::MatrixXd& part : parts) {
+    out.middleCols(columns, part.cols()) = part;
+    columns += part.cols();
+  }
+  return out;
+}
 
 Projected project(const GlobalTerms& terms, std::size_t free, const std::vector<std::size_t>& entries) {
   const auto f = static_cast<Eigen::Index>(free), c = static_cast<Eigen::Index>(entries.size());
@@ -44,6 +69,8 @@ Projected project(const GlobalTerms& terms, std::size_t free, const std::vector<
   out.entries = entries;
   out.M = terms.normal.bottomRightCorner(c, c) - H_fc.transpose() * X;
   out.g = terms.gradient.tail(c) - X.transpose() * terms.gradient.head(f);
+  const Eigen::MatrixXd blocks = block_gradients(terms.records, f + c);
+  out.blocks = blocks.bottomRows(c) - X.transpose() * blocks.topRows(f);
   return out;
 }
 
@@ -152,6 +179,24 @@ double base_drop(const GlobalProblem& problem, const WorkingModel& model,
   return drop;
 }
 
+// The gradients of a candidate's amplitudes over blocks.
+BlockScores blocks_of(const Projected& p, const Score& score) {
+  const auto rows = places(p, score.amplitudes);
+  BlockScores out(static_cast<Eigen::Index>(rows.size()), p.blocks.cols());
+  for (std::size_t k = 0; k < rows.size(); ++k) out.row(static_cast<Eigen::Index>(k)) = p.blocks.row(rows[k]);
+  return out;
+}
+
+// Of scores whose shapes were scanned, every scan counts as a candidate.
+void add_p_values(const std::vector<Projected>& scans, std::vector<Score>& scores) {
+  std::vector<BlockScores> candidates;
+  for (const Projected& p : scans) {
+    for (const Score& s : scores) candidates.push_back(blocks_of(p, s));
+  }
+  const auto p_values = family_wise_p(candidates);
+  for (std::size_t k = 0; k < scores.size(); ++k) scores[k].p_value = p_values[scores[k].scan * scores.size() + k];
+}
+
 // Cosine of the smallest angle between the spaces that two sets of amplitudes span.
 double cosine_of(const Projected& p, const Score& a, const Score& b) {
   const auto rows = places(p, a.amplitudes), columns = places(p, b.amplitudes);
@@ -227,6 +272,7 @@ ScoreTest score_test(const GlobalProblem& problem, const WorkingModel& model,
       }
     }
   }
+  add_p_values(scans, out.scores);
   const bool any_local =
       std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return form_of(c).local; });
   const double base = any_local ? base_drop(problem, model, which) : 0.0;

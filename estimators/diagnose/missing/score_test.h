@@ -18,6 +18,7 @@ struct Score {
   Candidate candidate;
   double lambda = 0.0;
   double dof = 0.0;                     // of lambda, when nothing is missing
+  double p_value = 1.0;                 // family-wise (family_wise.h); amplitudes of the motor only
   std::size_t scan = 0;                 // which of the scanned shapes
   std::vector<std::size_t> amplitudes;  // entries of the shared vector
   std::vector<double> change, sigma;    // of the amplitudes, as forecast

@@ -16,6 +16,7 @@ constexpr double kLargeShare = 0.05;        // of the misfit
 constexpr double kLocalGain = 4.0;          // drop of chi2 for each record's own unknown, in the same units
 constexpr double kRicherGain = 0.02;        // share of the excess that a richer form must take away
 constexpr double kRicherTold = 0.7;         // one record at the far end may carry it all
+constexpr double kFamilyWise = 0.01;
 constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a value
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
@@ -67,7 +68,17 @@ bool richer_wins(const Trial& richer, const Trial& plain) {
   return others - worst > 0.0;
 }
 
-bool claimable(const Trial& trial, const Trial& base, std::size_t records) {
+// The least family-wise p of an effect's forms.
+double p_of(const ScoreTest& ranking, std::size_t effect) {
+  double p = 1.0;
+  for (const Score& s : ranking.scores) {
+    if (s.candidate.effect == effect) p = std::min(p, s.p_value);
+  }
+  return p;
+}
+
+bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) {
+  const Trial& base = step.base;
   if (!trial.sound || trial.size < 1.0) return false;
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
@@ -76,7 +87,8 @@ bool claimable(const Trial& trial, const Trial& base, std::size_t records) {
   // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
   const double better = surely_better(trial, base);
   const bool large = base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) && better > kTold;
-  return large || (trial.wald > kSure && better > 1.0);
+  return large ||
+         (trial.wald > kSure && better > 1.0 && p_of(step.ranking, trial.candidate.effect) <= kFamilyWise);
 }
 
 // One law for all records is preferred to a value for each, unless it leaves much more unexplained.
@@ -138,7 +150,7 @@ void sort_and_claim(SearchStep& step, std::size_t records) {
                    [](const Trial& a, const Trial& b) { return a.left_out_chi2 < b.left_out_chi2; });
   step.claims.clear();
   for (std::size_t k = 0; k < step.trials.size(); ++k) {
-    if (claimable(step.trials[k], step.base, records)) step.claims.push_back(k);
+    if (claimable(step, step.trials[k], records)) step.claims.push_back(k);
   }
 }
 

@@ -10,8 +10,6 @@ namespace imrig::est {
 namespace {
 
 constexpr std::size_t kStretch = 64;
-// Declared noise is believed unless the data show this much more.
-constexpr double kBelieved = 1.25;
 
 double median(std::vector<double>& x) {
   if (x.empty()) return 0.0;

@@ -8,6 +8,9 @@
 
 namespace imrig::est {
 
+// A declared level is not believed when the data show more than so many times as much.
+inline constexpr double kBelieved = 1.1;
+
 struct NoiseEstimate {
   NoiseLevels levels;            // what to reckon with; electrical speed
   NoiseLevels seen;              // from the data
