@@ -21,6 +21,7 @@ constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a 
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
 constexpr double kLocalTold = 1.5;  // a few records may carry it all
+constexpr std::size_t kFewestRecords = 6;  // before a value for each of them is a law at all
 constexpr double kSimpler =
     3.0;  // a value for each record must leave so many times less than one law for all
 
@@ -50,6 +51,7 @@ bool worth_trying(const GlobalProblem& problem, const Score& score, const Trial&
 }
 
 bool worth_its_values(const Trial& with, const Trial& base, std::size_t records) {
+  if (records < kFewestRecords) return false;
   const double own = static_cast<double>(records * local_entries(with.candidate).size());
   return base.chi2 - with.chi2 > kLocalGain * own * scale_of(with) && surely_better(with, base) > kLocalTold;
 }
@@ -169,10 +171,12 @@ bool same_worth(const Trial& best, const Trial& other, double whole, double valu
 
 Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect) {
   Trial best = trial;
+  WorkingModel from = trial.model;  // a form that did not settle may still lead to one that does
   const auto forms = kEffectInfos[effect].forms;
   for (std::size_t f = active_form(best.model, effect).form + 1; f < forms.size(); ++f) {
     if (forms[f].local || best.left_out_chi2 < values_of(best)) continue;
-    Trial richer = try_form(problem, best.model, {effect, f}, problem.fitted());
+    Trial richer = try_form(problem, from, {effect, f}, problem.fitted());
+    if (richer.chi2 < best.chi2) from = richer.model;
     if (richer.sound && richer_wins(richer, best)) best = std::move(richer);
   }
   return best;

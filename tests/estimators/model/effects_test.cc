@@ -89,7 +89,7 @@ TEST(Effects, WithoutAnyTheMachineIsTheBaseMachine) {
   EXPECT_NEAR(d.psi_r.re, e.psi_r.re, 1e-11 * std::abs(v));
   EXPECT_NEAR(d.psi_r.im, e.psi_r.im, 1e-11 * std::abs(v));
   EXPECT_EQ(d.i_b.re, 0.0);
-  const Complex i = plain(machine.measured_current(x, v, 290.0, instant()));
+  const Complex i = plain(machine.measured_current(machine.inside(x, v, 290.0, instant()), instant()));
   EXPECT_LT(std::abs(i - plain(base.current(y))), 1e-12 * std::abs(i));
 }
 
@@ -117,7 +117,7 @@ TEST(Effects, DerivativesByEveryParameterAreThoseOfDifferences) {
   const auto flat = [&](const SharedVector<double>& at) {
     const EffectMachine<double> machine(at, q);
     const auto d = machine.derivative(x, v, 290.0, instant());
-    const auto i = machine.measured_current(x, v, 290.0, instant());
+    const auto i = machine.measured_current(machine.inside(x, v, 290.0, instant()), instant());
     const auto t = machine.shaft_torque_Nm(machine.inside(x, v, 290.0, instant()), x, 2);
     return std::array<double, 9>{d.psi_s.re, d.psi_s.im, d.psi_r.re, d.psi_r.im, d.i_b.re,
                                  d.i_b.im,   i.re,       i.im,       t};
@@ -133,7 +133,7 @@ TEST(Effects, DerivativesByEveryParameterAreThoseOfDifferences) {
                              {Jet(x.psi_r.re), Jet(x.psi_r.im)},
                              {Jet(x.i_b.re), Jet(x.i_b.im)}};
     const auto d = machine.derivative(y, v, 290.0, instant());
-    const auto i = machine.measured_current(y, v, 290.0, instant());
+    const auto i = machine.measured_current(machine.inside(y, v, 290.0, instant()), instant());
     const auto t = machine.shaft_torque_Nm(machine.inside(y, v, 290.0, instant()), y, 2);
     const std::array<double, 9> exact{d.psi_s.re.v[0], d.psi_s.im.v[0], d.psi_r.re.v[0],
                                       d.psi_r.im.v[0], d.i_b.re.v[0],   d.i_b.im.v[0],
