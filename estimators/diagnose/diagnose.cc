@@ -85,15 +85,16 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
     CandidateResult c;
     c.effect = kEffectInfos[effect].name;
     c.score = score.lambda;
-    c.p_value = score.p_value;
+    c.p_value = p_of(step.ranking, effect);
     c.holdout_nrmse_before = before;
     const Trial* trial = trial_of(step, effect);
     c.form = form_of(score.candidate).name;
     if (trial != nullptr) {
-      c.p_value = form_of(trial->candidate).local
-                      ? family_wise(std::max(0.0, surely_better(*trial, step.base)))
-                  : score.p_value < 1.0 ? score.p_value
-                                        : family_wise(trial->wald);
+      // Values for each record, and sensor errors inside their accuracy, have a refit's p alone.
+      if (form_of(trial->candidate).local)
+        c.p_value = family_wise(std::max(0.0, surely_better(*trial, step.base)));
+      else if (c.p_value == 1.0)
+        c.p_value = family_wise(trial->wald);
       c.holdout_nrmse_after = judge(problem, trial->model, problem.holdout()).nrmse();
       add_estimate(trial->model, trial->candidate, c);
     } else {

@@ -10,6 +10,8 @@ namespace imrig::est {
 
 namespace {
 
+constexpr std::size_t kScouts = 40;
+
 // An amplitude at rest has no direction to go: it starts where it matters.
 void wake(const GlobalProblem& problem, WorkingModel& model) {
   for (const Candidate& c : model.active) {
@@ -19,6 +21,17 @@ void wake(const GlobalProblem& problem, WorkingModel& model) {
         model.at.shared[e] = p.neutral + material_size(problem, model.at.shared, e);
     }
   }
+}
+
+// Far from the minimum a part of many records, spread over all of them, shows the way as well.
+void scout(const GlobalProblem& problem, WorkingModel& model) {
+  const std::vector<std::size_t> all = problem.fitted();
+  if (all.size() < 2 * kScouts) return;
+  std::vector<std::size_t> some;
+  for (std::size_t k = 0; k < kScouts; ++k) some.push_back(all[k * all.size() / kScouts]);
+  problem.settle(model.at, model.freedom().local, some);
+  Trial near = refit(problem, model, some);
+  if (near.sound) model.at.shared = near.model.at.shared;
 }
 
 }  // namespace
@@ -34,6 +47,7 @@ Model refit_model(const Model& model, const DataSet& data, const std::string& ch
   if (problem.fitted().empty()) throw Error("refit", "finds hold-out records only", "some must be fitted");
   WorkingModel working = working_model(problem, model);
   wake(problem, working);
+  scout(problem, working);
   problem.settle(working.at, working.freedom().local, problem.all());
   const Trial trial = finished(problem, working, problem.fitted());
   if (!trial.sound)

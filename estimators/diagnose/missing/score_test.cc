@@ -194,7 +194,10 @@ void add_p_values(const std::vector<Projected>& scans, std::vector<Score>& score
     for (const Score& s : scores) candidates.push_back(blocks_of(p, s));
   }
   const auto p_values = family_wise_p(candidates);
-  for (std::size_t k = 0; k < scores.size(); ++k) scores[k].p_value = p_values[scores[k].scan * scores.size() + k];
+  for (std::size_t k = 0; k < scores.size(); ++k) {
+    // The random signs do not know that an amplitude cannot be negative.
+    if (scores[k].lambda > 0.0) scores[k].p_value = p_values[scores[k].scan * scores.size() + k];
+  }
 }
 
 // Cosine of the smallest angle between the spaces that two sets of amplitudes span.

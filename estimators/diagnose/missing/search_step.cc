@@ -70,15 +70,6 @@ bool richer_wins(const Trial& richer, const Trial& plain) {
   return others - worst > 0.0;
 }
 
-// The least family-wise p of an effect's forms.
-double p_of(const ScoreTest& ranking, std::size_t effect) {
-  double p = 1.0;
-  for (const Score& s : ranking.scores) {
-    if (s.candidate.effect == effect) p = std::min(p, s.p_value);
-  }
-  return p;
-}
-
 bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) {
   const Trial& base = step.base;
   if (!trial.sound || trial.size < 1.0) return false;
@@ -180,6 +171,14 @@ Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t eff
     if (richer.sound && richer_wins(richer, best)) best = std::move(richer);
   }
   return best;
+}
+
+double p_of(const ScoreTest& ranking, std::size_t effect) {
+  double p = 1.0;
+  for (const Score& s : ranking.scores) {
+    if (s.candidate.effect == effect) p = std::min(p, s.p_value);
+  }
+  return p;
 }
 
 double excess(const Trial& trial, double values) { return std::max(0.0, trial.left_out_chi2 - values); }

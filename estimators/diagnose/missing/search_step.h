@@ -51,6 +51,9 @@ Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t eff
 // Whether records left out cannot tell another model from the best. whole: excess without either.
 bool same_worth(const Trial& best, const Trial& other, double whole, double values);
 
+// The least family-wise p of an effect's forms; 1 where none has one.
+double p_of(const ScoreTest& ranking, std::size_t effect);
+
 // Excess of chi2 over what the best of these fits leaves a value.
 double excess(const Trial& trial, double values);
 

@@ -1,7 +1,7 @@
 #pragma once
 // One record's part of the least-squares problem: whitened errors e of the current (and of the measured shaft
-// torque), their Jacobian J by forward-mode derivatives through the integration itself, and the sums that
-// every step, test and interval is made from:
+// torque), their Jacobian J along the machine's motion (driven_motion.h), and the sums that every step, test
+// and interval is made from:
 //   chi2 = e'e,  gradient = J'e,  normal = J'J
 // over the lanes in their order. Sums over stretches of the record allow for noise that is not what it was
 // declared to be.
