@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,6 +11,10 @@ namespace imrig {
 namespace {
 
 using namespace imrig_msg;
+
+// A load that goes down is down when this share of the way is left: torque goes with the current's square.
+constexpr double kFieldLeft = 0.25;
+constexpr double kFieldLeft_A = 0.05;  // what a supply may read where there is none
 
 bridge_cmd_t bridge_command(std::int32_t action, int profile_id = 0) {
   bridge_cmd_t cmd = {};
@@ -52,7 +57,7 @@ void ActionRunner::begin(std::vector<Action> actions, const CheckedPoint* point,
   action_ = 0;
   entered_ = false;
   loaded_profile_ = 0;
-  stalled_ = false;
+  stalled_ = stalled_here_ = false;
   since_us_ = now.steady_us;
 }
 
@@ -105,19 +110,32 @@ std::string ActionRunner::load(const Action& action, Moment now) {
   if (!entered_) {
     entered_ = true;
     since_index_ = -1;
+    judged_from_ = view_.watch.next_index();
+    view_.estimate.reset();
+    load_from_A_ = excitation_A_;
     excitation_A_ = action.excitation_A;  // from now on the supply may have it
     to_dyno_.ask(dyno_command(dyno_cmd_t::SET, action.excitation_A));
     return "";
   }
   if (to_dyno_.busy()) return late(now, "the excitation supply");
   if (!to_dyno_.error().empty()) return "imrig-dyno: " + to_dyno_.error();
+  if (std::string why = stall(action); !why.empty()) return why;
   if (since_index_ < 0) {
-    if (view_.dyno->at_target == 0 || std::abs(view_.dyno->target - action.excitation_A) > 1e-9)
-      return late(now, "the excitation supply");
+    const bool ordered =
+        view_.dyno->at_target != 0 && std::abs(view_.dyno->target - action.excitation_A) < 1e-9;
+    if (!ordered || !field_followed(action)) return late(now, "the excitation supply");
     since_index_ = view_.watch.next_index();
   }
   if (view_.watch.next_index() - since_index_ >= view_.in_samples(action.wait_s)) next(now);
   return stuck(now);
+}
+
+// The supply holds its set-point at once, the field's current falls with a time constant of its own. A supply
+// that does not read its current (NaN) is believed.
+bool ActionRunner::field_followed(const Action& action) const {
+  const double way_A = load_from_A_ - action.excitation_A;
+  const double left_A = view_.dyno->readback_A - action.excitation_A;
+  return way_A <= 0 || !(left_A > std::max(kFieldLeft_A, kFieldLeft * way_A));
 }
 
 void ActionRunner::upload(const Profile& profile) {
@@ -191,21 +209,24 @@ std::string ActionRunner::stall(const Action& action) {
   const auto& estimate = view_.estimate;
   stalled_ = action.most_slip < 1.0 && estimate && estimate->valid != 0 &&
              std::abs(estimate->slip) > action.most_slip;
-  return stalled_ ? fmt::format("the motor stalled (slip {:.2f})", estimate->slip) : "";
+  stalled_here_ = stalled_ && !action.leaving;
+  if (!stalled_) return "";
+  return fmt::format("the motor stalled{} (slip {:.2f})", action.leaving ? " at the point before" : "",
+                     estimate->slip);
 }
 
 // The record's profile travels to the device meanwhile.
 std::string ActionRunner::settle(const Action& action, Moment now) {
   if (!entered_) {
     entered_ = true;
-    since_index_ = view_.watch.next_index();
+    since_index_ = judged_from_ = view_.watch.next_index();
     view_.estimate.reset();
     upload(actions_[action_ + 1].profile);
   }
   const double elapsed_s =
       static_cast<double>(view_.watch.next_index() - since_index_) * view_.sample_time_s();
-  if (elapsed_s < action.wait_s) return stuck(now);
   if (std::string why = stall(action); !why.empty()) return why;
+  if (elapsed_s < action.wait_s) return stuck(now);
   const bool steady = view_.estimate && view_.estimate->steady != 0;
   if (!steady && elapsed_s < action.bound_s) return stuck(now);
   next(now);
@@ -297,6 +318,17 @@ void ActionRunner::ask_stop() {
 
 void ActionRunner::ask_load_off() {
   if (view_.needs_dyno) to_dyno_.ask(dyno_command(dyno_cmd_t::OFF));
+}
+
+void ActionRunner::ask_reset() {
+  operating_ = {};
+  excitation_A_ = 0.0;
+  to_bridge_.ask(bridge_command(bridge_cmd_t::RESET));
+  if (view_.needs_dyno) to_dyno_.ask(dyno_command(dyno_cmd_t::RESET));
+}
+
+const std::string& ActionRunner::refusal() const {
+  return to_bridge_.error().empty() ? to_dyno_.error() : to_bridge_.error();
 }
 
 void ActionRunner::forget_commands() {

@@ -43,11 +43,15 @@ class ActionRunner {
   std::string step(Moment now);
   bool done() const { return action_ >= actions_.size(); }
 
-  bool stalled() const { return stalled_; }  // the last failure was the motor's: another try ends the same
+  bool stalled() const { return stalled_; }            // the last failure was the motor's ...
+  bool stalled_here() const { return stalled_here_; }  // ... at this point: another try ends the same
 
   void abort_record();  // publishes the END of a record that runs, as aborted
   void ask_stop();      // motor and load, whatever is going on
   void ask_load_off();
+  void ask_reset();  // of bridge and dyno, after a trip; from then on the rig is taken to coast without load
+  const std::string& refusal()
+      const;  // why the last command was not carried out; empty: it was, or is on its way
   void forget_commands();
 
   // Publishes what has to go out, with the leases' signatures.
@@ -57,7 +61,7 @@ class ActionRunner {
   bool commands_pending() const { return to_bridge_.busy() || to_dyno_.busy(); }
 
   // Estimates of windows that begin before this index say nothing about the running action.
-  std::int64_t since_index() const { return since_index_; }
+  std::int64_t since_index() const { return judged_from_; }
   const Operating& operating() const { return operating_; }
   double excitation_A() const { return excitation_A_; }
   // After a failure: goes on from the held operating point if the device still holds it and the motor turns,
@@ -77,6 +81,7 @@ class ActionRunner {
   std::string record(const Action& action, Moment now);
 
   std::string stall(const Action& action);
+  bool field_followed(const Action& action) const;
   void upload(const Profile& profile);
   bool get_going(std::string& problem, Moment now);
   bool ran_through(const Profile& profile) const;
@@ -102,11 +107,14 @@ class ActionRunner {
   Step step_ = Step::kUpload;
   std::int64_t since_us_ = 0;     // steady time the running action began
   std::int64_t since_index_ = 0;  // sample index at which its waiting part began; -1: not yet
+  std::int64_t judged_from_ = 0;  // sample index from which on the motor's slip counts
   int loaded_profile_ = 0;        // uploaded, not yet started
   Operating operating_;
   double excitation_A_ = 0.0;
+  double load_from_A_ = 0.0;  // excitation before the running kLoad
   bool recording_ = false;
   bool stalled_ = false;
+  bool stalled_here_ = false;
   std::int64_t expected_ = 0;
   std::int64_t lost_before_ = 0;  // at the recorder, before the record
   int record_number_;

@@ -311,6 +311,7 @@ void read_limits(const ConfigReader& file, PlanLimits& limits) {
   limits.pull_out_margin = table->number_or("pull_out_margin", limits.pull_out_margin, {0.05, 0.95});
   limits.slip = table->number_or("slip", limits.slip, {1e-3, 0.9});
   limits.flux_percent = table->number_or("flux_percent", limits.flux_percent, {1, 1000});
+  limits.trips_allowed = static_cast<int>(table->integer_or("trips_allowed", 0, {0, 20}));
 }
 
 void read_motion(const ConfigReader& file, Motion& motion) {

@@ -61,7 +61,10 @@ struct PlanLimits {
   double speed_rpm = std::numeric_limits<double>::quiet_NaN();
   double pull_out_margin = 0.75;  // largest load as a share of the pull-out torque
   double slip = 0.15;             // largest
-  double flux_percent = std::numeric_limits<double>::quiet_NaN();  // largest V/f, of rated; NaN: no such limit
+  double flux_percent =
+      std::numeric_limits<double>::quiet_NaN();  // largest V/f, of rated; NaN: no such limit
+  int trips_allowed =
+      0;  // over-current trips of the device in a point after which the campaign resets and goes on
 };
 
 // How the rig travels between points.

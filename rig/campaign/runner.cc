@@ -24,13 +24,25 @@ constexpr std::int64_t kStop_us =
 constexpr std::int64_t kUsualStatus_us = 500'000;  // a status comes ten times as often
 constexpr int kFailedInRow = 3;
 constexpr double kZeros_s = 0.3;
+constexpr double kCoast_s = 2.0;  // rig time from a trip to its reset: currents and excitation die out
 
 std::string trip_word(std::int32_t trip) { return std::string(trip_name(static_cast<Trip>(trip))); }
 
 }  // namespace
 
 struct Runner::State {
-  enum class Phase { kConnect, kLease, kZeros, kPoints, kRest, kConfirm, kStopping, kRelease, kEnd };
+  enum class Phase {
+    kConnect,
+    kLease,
+    kZeros,
+    kPoints,
+    kTripped,
+    kRest,
+    kConfirm,
+    kStopping,
+    kRelease,
+    kEnd
+  };
 
   explicit State(RunnerConfig config)
       : c(std::move(config)),
@@ -41,7 +53,8 @@ struct Runner::State {
     view.needs_dyno = std::any_of(c.points.begin(), c.points.end(),
                                   [](const CheckedPoint& p) { return p.excitation_A > 0; });
     view.needs_recorder = c.needs_recorder;
-    done = c.points_total - static_cast<int>(c.points.size());
+    tally.total = c.points_total;
+    tally.done = c.points_total - static_cast<int>(c.points.size());
   }
 
   RunnerConfig c;
@@ -64,9 +77,9 @@ struct Runner::State {
 
   std::size_t point = 0;  // index in c.points
   int attempt = 1;
-  int failed_in_row = 0;
-  int done = 0;
-  int failed = 0;
+  Tally tally;
+  std::int64_t tripped_at = 0;  // sample index
+  bool reset_asked = false;
   std::int32_t campaign_state = campaign_status_t::RUNNING;
   std::int64_t heartbeat_due_us = 0;
   std::int64_t status_due_us = 0;
@@ -110,8 +123,10 @@ struct Runner::State {
     if (ending()) return;
     if (!stop_wanted.empty()) return abandon(RunnerEnd::kStopped, stop_wanted, now);
     if (phase == Phase::kConnect) return;
-    if (trip = view.trip(); trip != 0)
-      return abandon(RunnerEnd::kTripped, "the rig tripped: " + trip_word(trip), now);
+    if (trip = view.trip(); trip != 0 && phase != Phase::kTripped) {
+      if (!may_go_on()) return abandon(RunnerEnd::kTripped, "the rig tripped: " + trip_word(trip), now);
+      point_tripped(now);
+    }
     if (const std::string why = view.failed(now.steady_us); !why.empty())
       return abandon(RunnerEnd::kFailed, why, now);
     if (bridge_lease.lost()) return lease_lost("imrig-bridge", view.bridge_us, now);
@@ -182,38 +197,95 @@ struct Runner::State {
   void points(Moment now) {
     if (const std::string problem = actions.step(now); !problem.empty()) return attempt_failed(problem, now);
     if (!actions.done()) return;
-    ++point;
-    attempt = 1;
-    failed_in_row = 0;
+    next_point();
+    tally.failed_in_row = 0;
     begin_point(now);
   }
 
   void attempt_failed(const std::string& why, Moment now) {
-    const bool again = attempt <= c.retries && !actions.stalled();
-    RunnerEvent event;
-    event.kind = again ? RunnerEvent::kPointRetried : RunnerEvent::kPointFailed;
-    event.id = c.points[point].point.id;
-    event.attempt = attempt;
-    event.text = why;
-    out.emit(event);
+    const bool again = attempt <= c.retries && !actions.stalled_here();
+    emit_failure(again ? RunnerEvent::kPointRetried : RunnerEvent::kPointFailed, why);
     if (again) {
       ++attempt;
     } else {
-      ++failed;
-      ++point;
-      attempt = 1;
-      failed_in_row += actions.stalled() ? 0 : 1;  // a corner of the grid may stall point after point
-      if (failed_in_row >= kFailedInRow)
+      tally.point_failed(actions.stalled_here(), false);
+      if (tally.failed_in_row >= kFailedInRow)
         return abandon(RunnerEnd::kFailed,
-                       fmt::format("{} points in a row failed; {}: {}", failed_in_row, event.id, why), now);
+                       fmt::format("{} points in a row failed; {}: {}", tally.failed_in_row,
+                                   c.points[point].point.id, why),
+                       now);
+      next_point();
     }
     actions.recover();
     begin_point(now);
   }
 
+  void emit_failure(RunnerEvent::Kind kind, const std::string& why) {
+    RunnerEvent event;
+    event.kind = kind;
+    event.id = c.points[point].point.id;
+    event.attempt = attempt;
+    event.text = why;
+    out.emit(event);
+  }
+
+  void next_point() {
+    ++point;
+    attempt = 1;
+  }
+
+  // ---- a trip that the plan allows ----------------------------------------------------------------------
+
+  bool may_go_on() const {
+    return phase == Phase::kPoints && trip == static_cast<std::int32_t>(Trip::kDeviceOverCurrent) &&
+           tally.tripped < c.plan.limits.trips_allowed;
+  }
+
+  void point_tripped(Moment now) {
+    actions.abort_record();
+    actions.forget_commands();
+    tally.point_failed(false, true);
+    emit_failure(RunnerEvent::kPointFailed,
+                 fmt::format("the rig tripped: {}, {} of {} allowed", trip_word(trip), tally.tripped,
+                             c.plan.limits.trips_allowed));
+    next_point();
+    tripped_at = view.watch.next_index();
+    reset_asked = false;
+    enter(Phase::kTripped, now);
+  }
+
+  // Of what the bridge and the dyno say: the trip that is being reset, or one that followed it.
+  static bool known(std::int32_t which) {
+    return which == static_cast<std::int32_t>(Trip::kNone) ||
+           which == static_cast<std::int32_t>(Trip::kDeviceOverCurrent) ||
+           which == static_cast<std::int32_t>(Trip::kPeerTripped);
+  }
+
+  void tripped(Moment now) {
+    if (!known(view.bridge->trip) || (view.dyno && !known(view.dyno->trip)))
+      return abandon(RunnerEnd::kTripped, "the rig tripped: " + trip_word(trip), now);
+    if (waited_us(now) > 2 * c.patience_us) return abandon_tripped("it cannot be reset", now);
+    if (view.watch.next_index() - tripped_at < view.in_samples(kCoast_s)) return;
+    if (!reset_asked) {
+      actions.ask_reset();
+      reset_asked = true;
+      return;
+    }
+    if (actions.commands_pending()) return;
+    if (!actions.refusal().empty()) return abandon_tripped(actions.refusal(), now);
+    if (trip == 0) begin_point(now);
+  }
+
+  void abandon_tripped(const std::string& why, Moment now) {
+    abandon(RunnerEnd::kTripped, fmt::format("the rig tripped: {}; reset: {}", trip_word(trip), why), now);
+  }
+
   void rest(Moment now) {
-    if (const std::string problem = actions.step(now); !problem.empty())
-      return abandon(RunnerEnd::kFailed, problem, now);
+    if (const std::string problem = actions.step(now); !problem.empty()) {
+      if (!actions.stalled()) return abandon(RunnerEnd::kFailed, problem, now);
+      actions.recover();
+      return begin_point(now);  // none is left: to rest, this time without ramps
+    }
     if (!actions.done()) return;
     actions.ask_load_off();
     enter(Phase::kConfirm, now);
@@ -236,16 +308,14 @@ struct Runner::State {
       event.number = f.number;
       event.samples = f.samples;
       out.emit(event);
-      ++done;
+      ++tally.done;
       finished.pop_front();
     }
   }
 
   void all_confirmed(Moment now) {
     if (!actions.finished().empty() || actions.commands_pending()) return;
-    if (failed == 0) return finish(RunnerEnd::kDone, "", now);
-    finish(RunnerEnd::kFailed, fmt::format("{} of {} points could not be taken", failed, c.points_total),
-           now);
+    finish(tally.failed == 0 ? RunnerEnd::kDone : RunnerEnd::kFailed, tally.sentence(), now);
   }
 
   // ---- stop and release ---------------------------------------------------------------------------------
@@ -286,7 +356,7 @@ struct Runner::State {
     s.campaign_status_v1 = 1;
     s.state = campaign_state;
     s.point = static_cast<std::int32_t>(point);
-    s.points_done = done;
+    s.points_done = tally.done;
     s.points_total = c.points_total;
     s.trip = trip;
     s.plan = c.plan.name;
@@ -318,6 +388,8 @@ struct Runner::State {
         return zeros(now);
       case Phase::kPoints:
         return points(now);
+      case Phase::kTripped:
+        return tripped(now);
       case Phase::kRest:
         return rest(now);
       case Phase::kConfirm:
@@ -394,14 +466,18 @@ void Runner::on(const ack_t& message, Moment now) {
   s_->view.recorder_us = now.steady_us;
 }
 
+void Runner::on(const estop_cmd_t&, Moment now) {
+  s_->trip = static_cast<std::int32_t>(Trip::kOperatorStop);
+  s_->abandon(RunnerEnd::kTripped, "the rig tripped: " + trip_word(s_->trip), now);
+}
+
 void Runner::request_stop(const std::string& why) { s_->stop_wanted = why; }
 void Runner::fail(const std::string& why, Moment now) { s_->abandon(RunnerEnd::kFailed, why, now); }
 std::vector<RunnerOutput> Runner::step(Moment now) { return s_->step(now); }
 RunnerEnd Runner::end() const { return s_->end; }
 bool Runner::connected() const { return s_->connected; }
 std::string Runner::end_reason() const { return s_->reason; }
-int Runner::points_done() const { return s_->done; }
-int Runner::points_failed() const { return s_->failed; }
+const Tally& Runner::tally() const { return s_->tally; }
 std::int64_t Runner::lost_blocks() const { return s_->view.watch.lost_blocks(); }
 std::string Runner::point_id() const {
   return s_->point < s_->c.points.size() ? s_->c.points[s_->point].point.id : "";

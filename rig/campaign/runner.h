@@ -4,13 +4,17 @@
 //
 //   connect -> lease -> zeros -> points -> rest -> confirm -> release -> end
 //   any of these --stop, trip, failure--> stopping -> release -> end
+//   points --over-current trip of the device, as often as the plan allows--> tripped -> points
 //
 // zeros: gates off at rest, for the sensors' zeros. A record is complete when every sample of it came, here
 // and at the recorder, in one piece; else it ends as aborted and the point is run again, at most `retries`
 // times. A point is done once the recorder says that its record's end is on disk. A trip, a lost lease or a
-// silent process ends the campaign: the rig is stopped, never left holding.
+// silent process ends the campaign: the rig is stopped, never left holding. tripped: the plan allows trips;
+// the point is given up, the rig coasts for kCoast_s, bridge and dyno are reset, the next point starts from
+// rest. An emergency stop meanwhile ends the campaign, though the trip that stands hides it in the status.
 
 #include <cstdint>
+#include <imrig_msg/estop_cmd_t.hpp>
 #include <imrig_msg/lease_t.hpp>
 #include <memory>
 #include <string>
@@ -20,6 +24,7 @@
 #include "rig/campaign/rig_view.h"
 #include "rig/campaign/runner_output.h"
 #include "rig/campaign/sequence.h"
+#include "rig/campaign/tally.h"
 #include "rig/safety/moment.h"
 
 namespace imrig {
@@ -55,6 +60,7 @@ class Runner {
   void on(const imrig_msg::estimate_t& message, Moment now);
   void on(const imrig_msg::lease_t& message, Moment now);
   void on(const imrig_msg::ack_t& message, Moment now);
+  void on(const imrig_msg::estop_cmd_t& message, Moment now);
   void request_stop(const std::string& why);      // stop safely
   void fail(const std::string& why, Moment now);  // likewise, because something broke
 
@@ -65,8 +71,7 @@ class Runner {
   bool connected() const;          // the whole rig answered, stood ready and granted its leases
   RunnerEnd end() const;           // kRunning until the rig rests and the leases are given back
   std::string end_reason() const;  // one sentence, empty when done
-  int points_done() const;         // earlier runs included
-  int points_failed() const;
+  const Tally& tally() const;
   std::int64_t lost_blocks() const;  // of samples, as seen by the campaign
   std::string point_id() const;      // running now
 

@@ -15,8 +15,9 @@ using imrig_msg::segment_t;
 constexpr double kMagnetise_s = 0.4;       // at the boost voltage before the shaft starts to turn
 constexpr double kAccelerateShare = 0.25;  // of the pull-out torque at travelling flux
 constexpr double kCrawl = 0.25;            // share of the ramp's rate below crawl_Hz
-constexpr double kLoadedMove = 0.25;       // voltage changes up to this share are made with the load on
+constexpr double kLoadedMove = 0.25;  // voltage changes up to this share are made with the lesser load on
 constexpr double kRestBound_s = 90.0;
+constexpr double kPastPullOut = 2.5;
 constexpr int kTail = 8;             // samples after a record, so that its last block is sent at once
 constexpr int kRegulatorPeriod = 4;  // samples: one PWM cycle
 
@@ -121,12 +122,20 @@ Travel travel_of(const Plan& plan, const RigConfig& rig, double sample_time_s) {
   travel.voltage_ramp_V_per_s = plan.motion.voltage_ramp_V_per_s;
   travel.unload_s = plan.motion.unload_s;
   travel.most_slip = std::min(0.9, 2 * plan.limits.slip);
+  travel.R_s_ohm = m.R_s_ohm;
+  travel.R_r_ohm = m.R_r_ohm;
+  travel.L_l_H = m.L_l_H;
   return travel;
 }
 
 double travelling_V(const Travel& travel, double frequency_Hz) {
   const double share = std::min(1.0, frequency_Hz / travel.rated_Hz);
   return travel.boost_V + (travel.rated_V - travel.boost_V) * share;
+}
+
+double stalling_slip(const Travel& travel, double frequency_Hz) {
+  const double leakage_ohm = 2 * kPi * frequency_Hz * travel.L_l_H;
+  return std::min(travel.most_slip, kPastPullOut * travel.R_r_ohm / std::hypot(travel.R_s_ohm, leakage_ohm));
 }
 
 Profile move_profile(const Travel& travel, const Operating& from, const Operating& to) {
@@ -292,6 +301,16 @@ Action load_action(double excitation_A, double wait_s) {
   return action;
 }
 
+// The load of the point before comes down, in part or whole. most_slip: a motor that slipped past its
+// pull-out there does not come back by itself, and would draw the current of a start as soon as the voltage
+// rises.
+Action unload_action(const Travel& travel, const Operating& from, double excitation_A) {
+  Action action = load_action(excitation_A, travel.unload_s);
+  action.most_slip = stalling_slip(travel, from.frequency_Hz);
+  action.leaving = true;
+  return action;
+}
+
 Action profile_action(ActionKind kind, Profile profile) {
   Action action;
   action.kind = kind;
@@ -312,6 +331,11 @@ bool small_move(const Operating& from, const Operating& to) {
          std::abs(to.voltage_V - from.voltage_V) <= kLoadedMove * from.voltage_V;
 }
 
+// The lesser of both loads, since each voltage may not carry the other one's; none on a long way.
+double carried_on_the_way(const Operating& from, const Operating& to, double before_A, double after_A) {
+  return small_move(from, to) ? std::min(before_A, after_A) : 0.0;
+}
+
 void append(std::vector<Action>& all, std::vector<Action> more) {
   for (Action& action : more) all.push_back(std::move(action));
 }
@@ -320,7 +344,7 @@ void append(std::vector<Action>& all, std::vector<Action> more) {
 
 std::vector<Action> actions_to_rest(const Travel& travel, const Operating& from, double excitation_A) {
   std::vector<Action> actions;
-  if (excitation_A > 0) actions.push_back(load_action(0.0, travel.unload_s));
+  if (excitation_A > 0) actions.push_back(unload_action(travel, from, 0.0));
   if (!resting(from)) actions.push_back(profile_action(ActionKind::kProfile, move_profile(travel, from, {})));
   actions.push_back(waiting(ActionKind::kRest, 0.0, kRestBound_s));
   return actions;
@@ -333,20 +357,24 @@ std::vector<Action> actions_for(const Travel& travel, const CheckedPoint& checke
   if (resting(there) || resting(from)) {
     append(actions, actions_to_rest(travel, from, excitation_A));
     excitation_A = 0.0;
-  } else if (excitation_A > 0 && !small_move(from, there)) {
-    actions.push_back(load_action(0.0, travel.unload_s));
-    excitation_A = 0.0;
+  } else if (const double carried_A = carried_on_the_way(from, there, excitation_A, checked.excitation_A);
+             excitation_A > carried_A) {
+    actions.push_back(unload_action(travel, from, carried_A));
+    excitation_A = carried_A;
   }
   if (!resting(there)) {
     if (Profile move = move_profile(travel, from, there); !move.segments.empty())
       actions.push_back(profile_action(ActionKind::kProfile, std::move(move)));
-    if (checked.excitation_A != excitation_A) actions.push_back(load_action(checked.excitation_A, 0.0));
+    if (checked.excitation_A != excitation_A) {
+      actions.push_back(load_action(checked.excitation_A, 0.0));
+      actions.back().most_slip = stalling_slip(travel, there.frequency_Hz);
+    }
     actions.push_back(waiting(ActionKind::kSettle, checked.point.settle_s, checked.point.settle_bound_s));
-    actions.back().most_slip = travel.most_slip;
+    actions.back().most_slip = stalling_slip(travel, there.frequency_Hz);
   }
   actions.push_back(profile_action(ActionKind::kRecord, record_profile(travel, checked)));
   const bool at_speed = !resting(there) && checked.point.kind != PointKind::kCoastDown;
-  if (at_speed) actions.back().most_slip = travel.most_slip;
+  if (at_speed) actions.back().most_slip = stalling_slip(travel, there.frequency_Hz);
   return actions;
 }
 

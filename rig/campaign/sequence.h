@@ -34,7 +34,8 @@ struct Action {
   double excitation_A = 0.0;  // kLoad: field current
   double wait_s = 0.0;        // kLoad: rig time after the supply has reached it; kSettle: least time
   double bound_s = 0.0;       // kSettle: most time; kRest: most time
-  double most_slip = 1.0;     // kSettle, kRecord: a motor that slips more has stalled, or is about to
+  double most_slip = 1.0;     // kLoad, kSettle, kRecord: a motor that slips more has stalled, or is about to
+  bool leaving = false;       // kLoad: the motor still stands at the point before
   Profile profile;            // kProfile, kRecord (record numbers are filled in when it runs)
 };
 
@@ -50,10 +51,15 @@ struct Travel {
   double voltage_ramp_V_per_s = 400.0;
   double unload_s = 0.4;
   double most_slip = 0.3;  // twice what the plan allows
+  double R_s_ohm = 0.39, R_r_ohm = 0.22, L_l_H = 0.006;
 };
 Travel travel_of(const Plan& plan, const RigConfig& rig, double sample_time_s);
 
 double travelling_V(const Travel& travel, double frequency_Hz);
+// Slip above which a motor is taken for stalled: twice what the plan allows, and at most 2.5 times the
+// nominal motor's pull-out slip R_r / |R_s + j w L_l|, since a warm, saturated one pulls out at up to twice
+// that. Beyond it less voltage does not help and more draws the current of a start.
+double stalling_slip(const Travel& travel, double frequency_Hz);
 
 // Segments that bring the inverter from one operating point to another; empty when they are the same.
 Profile move_profile(const Travel& travel, const Operating& from, const Operating& to);

@@ -81,6 +81,7 @@ void subscribe_all(Bus& bus, Runner& runner) {
   feed<lease_t>(bus, channel::kBridgeLease, runner);
   feed<lease_t>(bus, channel::kDynoLease, runner);
   feed<ack_t>(bus, channel::kAck, runner);
+  feed<estop_cmd_t>(bus, channel::kEstopCmd, runner);
 }
 
 }  // namespace

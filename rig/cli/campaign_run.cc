@@ -100,7 +100,7 @@ class Progress {
   explicit Progress(int total) : total_(total), terminal_(::isatty(STDERR_FILENO) != 0) {}
   void operator()(const Runner& runner) {
     if (!terminal_) return;
-    const int done = runner.points_done();
+    const int done = runner.tally().done;
     std::fprintf(stderr, "\r\033[Kpoint %d of %d  %s", std::min(done + 1, total_), total_,
                  runner.point_id().c_str());
     std::fflush(stderr);
@@ -244,8 +244,10 @@ class Campaign {
     }
     result.end = end_word(end);
     result.reason = runner.end_reason();
-    result.points_done = runner.points_done();
-    result.points_failed = runner.points_failed();
+    result.points_done = runner.tally().done;
+    result.points_failed = runner.tally().failed;
+    result.points_stalled = runner.tally().stalled;
+    result.points_tripped = runner.tally().tripped;
     result.lost_blocks = runner.lost_blocks();
   }
 

@@ -22,7 +22,9 @@ struct CampaignResult {
   std::string reason;
   int points_done = 0;  // earlier runs included
   int points_total = 0;
-  int points_failed = 0;
+  int points_failed = 0;   // of which ...
+  int points_stalled = 0;  // ... the motor could not carry
+  int points_tripped = 0;  // ... tripped the device
   int points_infeasible = 0;
   long long lost_blocks = 0;
   double wall_s = 0.0;

@@ -40,6 +40,8 @@ void print_result(const CampaignResult& r, bool json) {
                               {"points_done", r.points_done},
                               {"points_total", r.points_total},
                               {"points_failed", r.points_failed},
+                              {"points_stalled", r.points_stalled},
+                              {"points_tripped", r.points_tripped},
                               {"points_infeasible", r.points_infeasible},
                               {"lost_blocks", r.lost_blocks},
                               {"wall_s", r.wall_s},

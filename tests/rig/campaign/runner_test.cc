@@ -49,6 +49,10 @@ class RunnerTest : public ::testing::Test {
 
   // Runs to the end, or to the limit of simulated seconds.
   RunnerEnd run(Runner& runner, double limit_s = 120.0, const std::function<void(Runner&)>& each = {}) {
+    return run(runner, rig_, limit_s, each);
+  }
+  RunnerEnd run(Runner& runner, test::ScriptedRig& rig, double limit_s = 120.0,
+                const std::function<void(Runner&)>& each = {}) {
     feed<bridge_status_t>(channel::kBridgeStatus, runner);
     feed<dyno_status_t>(channel::kDynoStatus, runner);
     feed<samples_t>(channel::kSamples, runner);
@@ -59,12 +63,12 @@ class RunnerTest : public ::testing::Test {
     for (double t = 0; t < limit_s && runner.end() == RunnerEnd::kRunning; t += 0.005) {
       now_.steady_us += 5000;
       now_.wall_us += 5000;
-      rig_.tick(now_);
+      rig.tick(now_);
       bus_->wait(0);
       if (each) each(runner);
       for (const RunnerOutput& output : runner.step(now_)) take(output);
     }
-    rig_.tick(now_);
+    rig.tick(now_);
     return runner.end();
   }
 
@@ -112,7 +116,7 @@ class RunnerTest : public ::testing::Test {
 TEST_F(RunnerTest, TakesEveryPointOnceAndLeavesTheRigAtRest) {
   Runner runner(config());
   ASSERT_EQ(run(runner), RunnerEnd::kDone) << runner.end_reason();
-  EXPECT_EQ(runner.points_done(), kPoints);
+  EXPECT_EQ(runner.tally().done, kPoints);
   EXPECT_EQ(count(RunnerEvent::kPointDone), kPoints);
   EXPECT_EQ(count(RunnerEvent::kPointRetried), 0);
   EXPECT_EQ(rig_.datasets, 1);
@@ -181,7 +185,7 @@ TEST_F(RunnerTest, PointThatAlwaysLosesSamplesIsGivenUpAndTheOthersAreTaken) {
   EXPECT_EQ(run(runner), RunnerEnd::kFailed);
   EXPECT_EQ(count(RunnerEvent::kPointRetried), 2);
   EXPECT_EQ(count(RunnerEvent::kPointFailed), 1);
-  EXPECT_EQ(runner.points_done(), kPoints - 1);
+  EXPECT_EQ(runner.tally().done, kPoints - 1);
   EXPECT_THAT(runner.end_reason(), HasSubstr("1 of 5 points"));
   expect_rig_at_rest();
 }
@@ -227,11 +231,92 @@ TEST_F(RunnerTest, TripEndsTheCampaignWithItsName) {
   Runner runner(config());
   EXPECT_EQ(run(runner), RunnerEnd::kTripped);
   EXPECT_THAT(runner.end_reason(), HasSubstr("over-current"));
-  EXPECT_EQ(runner.points_done(), 1);
+  EXPECT_EQ(runner.tally().done, 1);
   ASSERT_FALSE(rig_.records.empty());
   EXPECT_EQ(rig_.records.back().status, record_t::ABORTED);
   EXPECT_EQ(events_.back().kind, RunnerEvent::kEnded);
   expect_rig_at_rest();
+}
+
+TEST_F(RunnerTest, TripThatThePlanAllowsCostsItsPointAndNoMore) {
+  rig_.faults.trip_in_record = 3;
+  rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
+  RunnerConfig c = config();
+  c.plan.limits.trips_allowed = 1;
+  Runner runner(c);
+  EXPECT_EQ(run(runner), RunnerEnd::kFailed);
+  EXPECT_EQ(runner.end_reason(), "1 of 5 points could not be taken: 1 because the device tripped");
+  EXPECT_EQ(runner.tally().done, kPoints - 1);
+  EXPECT_EQ(runner.tally().tripped, 1);
+  EXPECT_EQ(rig_.resets, 1);
+  EXPECT_EQ(count(RunnerEvent::kPointRetried), 0);
+  const auto event = std::find_if(events_.begin(), events_.end(),
+                                  [](const auto& e) { return e.kind == RunnerEvent::kPointFailed; });
+  EXPECT_THAT(event->text, HasSubstr("over-current"));
+  expect_rig_at_rest();
+}
+
+TEST_F(RunnerTest, MoreTripsThanThePlanAllowsEndTheCampaign) {
+  rig_.faults.trip_in_every_record_from = 2;
+  rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
+  RunnerConfig c = config();
+  c.plan.limits.trips_allowed = 2;
+  Runner runner(c);
+  EXPECT_EQ(run(runner), RunnerEnd::kTripped);
+  EXPECT_THAT(runner.end_reason(), HasSubstr("over-current"));
+  EXPECT_EQ(rig_.resets, 2);
+  EXPECT_EQ(count(RunnerEvent::kPointFailed), 2);
+  expect_rig_at_rest();
+}
+
+TEST_F(RunnerTest, NoOtherTripIsEverReset) {
+  for (const Trip trip :
+       {Trip::kOperatorStop, Trip::kOverSpeed, Trip::kOverTemperature, Trip::kLinkSilent, Trip::kPeerTripped,
+        Trip::kDeviceOverSpeed, Trip::kDeviceOverTemperature, Trip::kDeviceWatchdog, Trip::kDeviceOrdered}) {
+    hub_ = make_memory_hub();
+    test::ScriptedRig rig(hub_);
+    rig.faults.trip_in_record = 2;
+    rig.faults.trip = static_cast<std::int32_t>(trip);
+    bus_ = open_memory_bus(hub_);
+    RunnerConfig c = config();
+    c.plan.limits.trips_allowed = 5;
+    Runner runner(c);
+    EXPECT_EQ(run(runner, rig), RunnerEnd::kTripped) << trip_name(trip);
+    EXPECT_EQ(rig.resets, 0) << trip_name(trip);
+  }
+}
+
+TEST_F(RunnerTest, EmergencyStopWhileATripStandsEndsTheCampaign) {
+  rig_.faults.trip_in_record = 2;
+  rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
+  RunnerConfig c = config();
+  c.plan.limits.trips_allowed = 5;
+  Runner runner(c);
+  const auto press = [this](Runner& r) {
+    if (r.tally().tripped == 1) r.on(estop_cmd_t{}, now_);
+  };
+  EXPECT_EQ(run(runner, 120.0, press), RunnerEnd::kTripped);
+  EXPECT_THAT(runner.end_reason(), HasSubstr("emergency stop"));
+  EXPECT_EQ(rig_.resets, 0);
+}
+
+TEST_F(RunnerTest, ResetThatIsRefusedEndsTheCampaign) {
+  rig_.faults.trip_in_record = 2;
+  rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
+  rig_.faults.refuses_resets = true;
+  RunnerConfig c = config();
+  c.plan.limits.trips_allowed = 5;
+  Runner runner(c);
+  EXPECT_EQ(run(runner), RunnerEnd::kTripped);
+  EXPECT_THAT(runner.end_reason(), HasSubstr("reset: "));
+  EXPECT_EQ(runner.tally().done, 1);
+}
+
+TEST_F(RunnerTest, LoadIsOffWhenTheFieldsCurrentIsNotWhenTheSetPointIs) {
+  rig_.faults.field_lag_s = 1.5;
+  Runner runner(config());
+  ASSERT_EQ(run(runner), RunnerEnd::kDone) << runner.end_reason();
+  EXPECT_EQ(rig_.most_readback_when_moved_A, 0.0);
 }
 
 TEST_F(RunnerTest, StandingTripIsNotIgnored) {
@@ -277,7 +362,7 @@ TEST_F(RunnerTest, PointIsNotDoneBeforeTheRecorderHasItOnDisk) {
   Runner runner(config());
   EXPECT_EQ(run(runner), RunnerEnd::kFailed);
   EXPECT_THAT(runner.end_reason(), HasSubstr("does not confirm"));
-  EXPECT_EQ(runner.points_done(), 0);
+  EXPECT_EQ(runner.tally().done, 0);
   EXPECT_EQ(count(RunnerEvent::kPointDone), 0);
   expect_rig_at_rest();
 }
@@ -312,11 +397,24 @@ TEST_F(RunnerTest, StalledMotorIsStoppedAndItsPointsAreGivenUpWithoutAnotherTry)
   rig_.faults.stalls = true;
   Runner runner(config());
   EXPECT_EQ(run(runner), RunnerEnd::kFailed);
-  EXPECT_THAT(runner.end_reason(), HasSubstr("4 of 5 points"));
+  EXPECT_EQ(runner.end_reason(), "4 of 5 points could not be taken: 4 because the motor stalled");
   EXPECT_EQ(count(RunnerEvent::kPointRetried), 0);
   EXPECT_EQ(count(RunnerEvent::kPointFailed), 4);
   EXPECT_THAT(events_[events_.size() - 2].text, HasSubstr("stalled"));
-  EXPECT_EQ(runner.points_done(), 1);  // dc
+  EXPECT_EQ(runner.tally().done, 1);  // dc
+  expect_rig_at_rest();
+}
+
+TEST_F(RunnerTest, MotorThatSlipsAwayBehindARecordIsStoppedBeforeItsVoltageRises) {
+  rig_.faults.stalls_when_unloaded = true;
+  Runner runner(config());
+  ASSERT_EQ(run(runner), RunnerEnd::kDone) << runner.end_reason();
+  EXPECT_FALSE(rig_.faults.stalls_when_unloaded) << "it did stall";
+  EXPECT_EQ(rig_.starts_while_stalled, 0);
+  const auto event = std::find_if(events_.begin(), events_.end(),
+                                  [](const auto& e) { return e.kind == RunnerEvent::kPointRetried; });
+  ASSERT_NE(event, events_.end()) << "the next point is tried again, from rest";
+  EXPECT_THAT(event->text, HasSubstr("at the point before"));
   expect_rig_at_rest();
 }
 

@@ -69,9 +69,23 @@ void ScriptedRig::on_bridge_cmd(const bridge_cmd_t& cmd) {
   last_result_ = carry_out(cmd);
 }
 
+// A field current falls late.
+double ScriptedRig::field() const {
+  const bool late = static_cast<double>(index_ - field_since_) * 60e-6 < faults.field_lag_s;
+  return late ? std::max(field_A_, target_) : target_;
+}
+
 std::int32_t ScriptedRig::carry_out(const bridge_cmd_t& cmd) {
   if (cmd.lease_epoch != bridge_lease_.epoch() || cmd.lease_epoch == 0)
     return static_cast<std::int32_t>(CommandResult::kNoLease);
+  if (cmd.action == bridge_cmd_t::RESET && faults.refuses_resets)
+    return static_cast<std::int32_t>(CommandResult::kCauseRemains);
+  if (cmd.action == bridge_cmd_t::RESET && trip_ != 0) {
+    ++resets;
+    trip_ = 0;
+    state_ = bridge_status_t::IDLE;
+    running_.reset();
+  }
   if (trip_ != 0) return static_cast<std::int32_t>(CommandResult::kTripped);
   int refusal = 0;
   switch (cmd.action) {
@@ -84,12 +98,14 @@ std::int32_t ScriptedRig::carry_out(const bridge_cmd_t& cmd) {
       if (!loaded_ || loaded_->profile_id != cmd.profile_id) return 102;
       if (state_ == bridge_status_t::RUNNING) return 104;
       running_ = std::exchange(loaded_, std::nullopt);
+      if (stalled_) ++starts_while_stalled;
       segment_ = 0;
       left_in_segment_ = running_->segments[0].duration_samples;
       state_ = bridge_status_t::RUNNING;
       return 0;
     case bridge_cmd_t::STOP:
       running_.reset();
+      stalled_ = false;
       state_ = bridge_status_t::IDLE;
       frequency_Hz_ = voltage_V_ = 0.0;
       return 0;
@@ -100,8 +116,12 @@ std::int32_t ScriptedRig::carry_out(const bridge_cmd_t& cmd) {
 
 void ScriptedRig::on_dyno_cmd(const dyno_cmd_t& cmd) {
   if (dyno_silent_ || faults.ignore_dyno_commands-- > 0) return;
+  field_A_ = field();
+  field_since_ = index_;
   dyno_epoch_ = cmd.lease_epoch;
   dyno_seq_ = cmd.seq;
+  if (driven() && cmd.value < target_)
+    stalled_ = std::exchange(faults.stalls_when_unloaded, false) || stalled_;
   output_on_ = cmd.action == dyno_cmd_t::SET;
   target_ = cmd.action == dyno_cmd_t::SET ? cmd.value : 0.0;
   if (faults.dyno_silent_after_set && target_ > 0) dyno_silent_ = true;
@@ -162,10 +182,13 @@ void ScriptedRig::run_samples(int n, Moment) {
     left_in_segment_ -= part;
     frequency_Hz_ = voltage ? s.frequency_end_Hz : 0.0;
     voltage_V_ = voltage ? s.amplitude_end_V : 0.0;
-    if (s.record != 0 && s.record == faults.trip_in_record) {
+    if (field() > 0 && voltage && s.frequency_start_Hz != s.frequency_end_Hz)
+      most_readback_when_moved_A = std::max(most_readback_when_moved_A, field());
+    const bool trips = faults.trip_in_every_record_from != 0 && s.record >= faults.trip_in_every_record_from;
+    if (s.record != 0 && (trips || s.record == faults.trip_in_record)) {
       trip_ = faults.trip;
       state_ = bridge_status_t::TRIPPED;
-      frequency_Hz_ = voltage_V_ = 0.0;
+      frequency_Hz_ = voltage_V_ = target_ = 0.0;
       output_on_ = false;
       continue;
     }
@@ -215,6 +238,7 @@ void ScriptedRig::publish_states(Moment now) {
     if (output_on_) d.run_state = dyno_status_t::ON;
     d.target = target_;
     d.at_target = 1;
+    d.readback_A = field();
     d.last_cmd_epoch = dyno_epoch_;
     d.last_cmd_seq = dyno_seq_;
     publish(*bus_, channel::kDynoStatus, d);
@@ -238,8 +262,9 @@ void ScriptedRig::publish_states(Moment now) {
     e.first_index = index_ - 300;
     e.last_index = index_;
     e.valid = 1;
-    e.steady = faults.stalls ? 0 : 1;
-    e.slip = faults.stalls ? 0.99 : 0.01;
+    const bool stalls = faults.stalls || stalled_;
+    e.steady = stalls ? 0 : 1;
+    e.slip = stalls ? 0.99 : 0.01;
     publish(*bus_, channel::kEstimate, e);
   }
 }

@@ -25,7 +25,10 @@ struct Faults {
   std::map<int, int> lose_blocks_of_record;  // record number -> blocks to lose
   std::map<int, int> refuse_uploads;         // result -> how often
   std::map<int, int> refuse_starts;
-  int trip_in_record = 0;  // record number in which the device trips
+  int trip_in_record = 0;             // record number in which the device trips
+  int trip_in_every_record_from = 0;  // or in every one from this on; 0: in none
+  bool refuses_resets = false;
+  double field_lag_s = 0.0;  // rig time for which the supply still reads its old current after a lesser one
   std::int32_t trip = 0;
   int ignore_dyno_commands = 0;
   bool dyno_silent_after_set = false;
@@ -34,6 +37,7 @@ struct Faults {
   bool recorder_speaks = true;
   bool estimator_runs = true;
   bool stalls = false;
+  bool stalls_when_unloaded = false;  // once
   bool dsp_absent = false;
   bool lease_taken = false;
   bool reboots_in_record = false;  // ... 2
@@ -52,6 +56,9 @@ class ScriptedRig {
   std::vector<imrig_msg::record_t> records;    // BEGIN and END in order
   std::map<int, std::int64_t> record_samples;  // by number, as published
   int datasets = 0;
+  int resets = 0;  // carried out
+  int starts_while_stalled = 0;
+  double most_readback_when_moved_A = 0.0;  // while the inverter's frequency changes
   int acks = 0;
   std::int32_t last_campaign_state = 0;
   bool driven() const {
@@ -68,6 +75,7 @@ class ScriptedRig {
   void run_samples(int n, Moment now);
   void publish_block(int n, std::int32_t segment, std::int32_t record, bool gates);
   void publish_states(Moment now);
+  double field() const;
   imrig_msg::bridge_status_t bridge_status() const;
 
   std::unique_ptr<Bus> bus_;
@@ -92,11 +100,14 @@ class ScriptedRig {
 
   bool output_on_ = false;
   double target_ = 0.0;
+  double field_A_ = 0.0;
+  std::int64_t field_since_ = 0;  // sample index of the last order
   std::int64_t dyno_epoch_ = 0, dyno_seq_ = 0;
   std::int32_t flushed_record_ = 0;
   std::int64_t seq_ = 0;
   bool bridge_silent_ = false;
   bool dyno_silent_ = false;
+  bool stalled_ = false;
 };
 
 }  // namespace imrig::test

@@ -114,6 +114,23 @@ TEST(Sequence, SpeedChangesOnlyWithoutLoadAndNearRatedFlux) {
   EXPECT_GT(moves, 3);
 }
 
+// A voltage that goes down by less than a quarter is no long way, and yet may not carry the load of before.
+TEST(Sequence, BetweenTwoPointsTheLoadIsNeverAboveWhatEitherOfThemCarries) {
+  const Prepared p = prepare("[grid]\nfrequencies_Hz = [60]\nvoltages_percent = [70, 80, 90]\nloads = 3\n");
+  for (const CheckedPoint& first : p.points) {
+    for (const CheckedPoint& second : p.points) {
+      double excitation = first.excitation_A;
+      for (const Action& a : actions_for(p.travel, second, operating_after(first), excitation)) {
+        if (a.kind == ActionKind::kLoad) excitation = a.excitation_A;
+        if (a.kind != ActionKind::kProfile) continue;
+        EXPECT_LE(excitation, first.excitation_A);
+        EXPECT_LE(excitation, second.excitation_A) << first.point.id << " to " << second.point.id;
+      }
+      EXPECT_EQ(excitation, second.excitation_A);
+    }
+  }
+}
+
 TEST(Sequence, RampsKeepTheirRates) {
   const Prepared p = prepare(kGrid);
   for (const Told& t : whole_campaign(p)) {
