@@ -60,16 +60,15 @@ void RigProcesses::start_all(const std::function<bool()>& give_up) {
     write_text_atomically(request_.rig_path, to_toml(request_.rig));
   }
   const std::vector<std::string> config = {"--config", request_.rig_path};
-  if (!request_.rig_runs) {
-    start("imrig-bridge", config, give_up);
-    start("imrig-dyno", config, give_up);
-  }
   if (!request_.recorder_out.empty()) {
     auto options = config;
     options.insert(options.end(), {"--out", request_.recorder_out});
     start("imrig-recorder", options, give_up);
   }
-  if (!request_.rig_runs) start("imrig-estimator", config, give_up);
+  if (request_.rig_runs) return;
+  start("imrig-estimator", config, give_up);
+  start("imrig-bridge", config, give_up);
+  start("imrig-dyno", config, give_up);
 }
 
 void RigProcesses::start_emulator(const std::function<bool()>& give_up) {

@@ -1,6 +1,7 @@
 #pragma once
-// The processes of one rig, started in order of health and stopped in reverse: emulator (optional), bridge,
-// dyno, recorder, estimator. Each one must say ready before the next is started.
+// The processes of one rig, started in order of health and stopped in reverse: emulator (optional), recorder,
+// estimator, bridge, dyno. Who reads the samples is there before who publishes them, so that neither misses the
+// first block. Each one must say ready before the next is started.
 
 #include <functional>
 #include <memory>

@@ -1,0 +1,61 @@
+// A log that imrig itself has recorded, read again, gives the estimates that were published live, from the very first
+// block on: recorder and estimator listen before the bridge speaks.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <imrig_msg/samples_t.hpp>
+
+#include "rig/base/file.h"
+#include "rig/bus/guarded_decode.h"
+#include "tests/e2e/command.h"
+#include "tests/estimators/online/estimate_stream.h"
+
+namespace imrig::test {
+namespace {
+
+constexpr std::size_t kEnd = 8;  // estimates that the end of a run may cut off on either side
+
+void expect_live_equals_replay(const Folder& folder, const std::string& log, const std::string& config) {
+  EventLogReader reader(log);
+  LogEvent event;
+  std::int64_t first_seq = -1;
+  while (first_seq < 0 && reader.next(event)) {
+    if (!event.channel.ends_with("_SAMPLES")) continue;
+    if (const auto block = guarded_decode<imrig_msg::samples_t>(event.data)) first_seq = block->seq;
+  }
+  EXPECT_EQ(first_seq, 0) << "the log begins with the stream's first block";
+  const std::string again = folder / "again.lcm";
+  const Outcome read = run({"imrig-estimator", "--config", config, "--url", "file://" + log + "?speed=0", "--out", again});
+  ASSERT_EQ(read.exit_code, 0) << read.err;
+  EstimateStream live = estimates_of(log), replayed = estimates_of(again);
+  ASSERT_GT(live.messages.size(), 10u);
+  const std::size_t common = std::min(live.messages.size(), replayed.messages.size());
+  ASSERT_LE(std::max(live.messages.size(), replayed.messages.size()) - common, kEnd);
+  live.messages.resize(common);
+  replayed.messages.resize(common);
+  EXPECT_EQ(hash_of(live), hash_of(replayed));
+}
+
+TEST(WholeRun, CampaignsLogReplaysToItsLiveEstimates) {
+  const Folder folder;
+  const std::string out = folder / "campaign";
+  const Outcome campaign = run({"imrig", "campaign", "run", source("campaigns/smoke.toml"), "--emulate",
+                                source("models/plants/proca_5hp.toml"), "--pace", "max", "--out", out});
+  ASSERT_EQ(campaign.exit_code, 0) << campaign.out << campaign.err;
+  expect_live_equals_replay(folder, out + "/log-000.lcm", out + "/rig.toml");
+}
+
+TEST(WholeRun, LogOfImrigUpReplaysToItsLiveEstimates) {
+  const Folder folder;
+  const std::string out = folder / "up", words = folder / "up.out";
+  Background up({"imrig", "up", "--emulate", source("models/plants/proca_5hp.toml"), "--pace", "4", "--out", out}, words);
+  for (int k = 0; k < 600 && read_text(words).find("up; other commands") == std::string::npos; ++k) ::usleep(50'000);
+  ::usleep(3'000'000);
+  EXPECT_EQ(up.stop(), 0) << read_text(words);
+  expect_live_equals_replay(folder, out + "/rig.lcm", out + "/rig.toml");
+}
+
+}  // namespace
+}  // namespace imrig::test
