@@ -15,6 +15,7 @@ constexpr int kRounds = 6;  // of the flux; each settles it by a factor of ten o
 // What lies behind R_s as the formula wants it.
 struct Behind {
   double a_ohm, L_m_H;
+  double across_S = 0.0;  // what the saturating branch takes across the rotor flux looks like a conductance
 };
 
 Behind behind_stator(const RotorCircuit& c, double impedance_ohm, double phi_rad, double w_e) {
@@ -26,18 +27,19 @@ Behind behind_stator(const RotorCircuit& c, double impedance_ohm, double phi_rad
   const Complex e = V - c.R_s_ohm * I, psi_s = e / Complex(0.0, w_e);
   const MagneticCurve& m = c.saturation;
   Complex behind = I - c.stator_iron_S * e, psi_r = psi_s - c.L_l_H * behind;
-  double L_m = c.L_m_H;
+  double L_m = c.L_m_H, across = 0.0;
   for (int round = 0; round < kRounds && m.extra > 0.0; ++round) {
     const Complex psi_x = m.place * psi_r + (1.0 - m.place) * psi_s;
     const Cx<double> flux(psi_x);
     const double g = saturation_share(flux, m.extra, m.exponent, m.settling, m.psi_ref_Wb);
     behind = I - c.stator_iron_S * e - ((1.0 - m.place) * g / c.L_m_H) * psi_x;
     psi_r = psi_s - c.L_l_H * behind;
-    // The rotor's branch: psi_r/L_m + place g psi_x/L_m, of which the part along psi_r counts.
-    const double along = (psi_x * std::conj(psi_r)).real() / std::norm(psi_r);
-    L_m = c.L_m_H / (1.0 + m.place * g * along);
+    // The rotor's branch: psi_r/L_m + place g psi_x/L_m.
+    const Complex along = psi_x / psi_r;
+    L_m = c.L_m_H / (1.0 + m.place * g * along.real());
+    across = m.place * g * along.imag() / (w_e * c.L_m_H);
   }
-  return {(e / behind).real(), L_m};
+  return {(e / behind).real(), L_m, across};
 }
 
 }  // namespace
@@ -46,7 +48,7 @@ RotorResistance rotor_resistance(const RotorCircuit& circuit, double impedance_o
                                  double w_e_rad_s, double slip) {
   RotorResistance out;
   out.R_r_ohm = std::numeric_limits<double>::quiet_NaN();
-  const auto [a, L_m] = behind_stator(circuit, impedance_ohm, phi_rad, w_e_rad_s);
+  const auto [a, L_m, across_S] = behind_stator(circuit, impedance_ohm, phi_rad, w_e_rad_s);
   const double X = w_e_rad_s * L_m;
   const double root = X * X - 4.0 * a * a;
   if (!(root >= 0.0)) return out;
@@ -59,7 +61,7 @@ RotorResistance rotor_resistance(const RotorCircuit& circuit, double impedance_o
   const double seen =
       X * (out.upper_root ? X + std::sqrt(root) : X - std::sqrt(root)) / (2.0 * a);  // R', signed
   // Iron draws power whatever the slip's sign: it comes off as a conductance.
-  const double conductance = 1.0 / seen - (circuit.R_c_ohm > 0.0 ? 1.0 / circuit.R_c_ohm : 0.0);
+  const double conductance = 1.0 / seen - across_S - (circuit.R_c_ohm > 0.0 ? 1.0 / circuit.R_c_ohm : 0.0);
   const double R_r = slip / conductance;
   if (!(R_r > 0.0) || !std::isfinite(R_r)) {
     out.status = RotorResistanceStatus::kNoPower;

@@ -10,9 +10,10 @@
 // A core-loss resistance R_c beside jX (equation 20) takes its share exactly: 1/R' = 1/R'_seen - 1/R_c.
 // Where the model's iron saturates, or takes power at the stator flux, the phasors tell the fluxes,
 //   psi_s = (V - R_s I)/(j w_e),  psi_r = psi_s - L_l I',  psi_x = place psi_r + (1 - place) psi_s,
-//   I' = I - G_s (V - R_s I) - (1 - place) g(|psi_x|) psi_x/L_m,   L_m' = L_m/(1 + place g(|psi_x|))
-// with g of magnetizing_saturation, and I' and L_m' (for place < 1: |psi_r| over the current it takes) go into
-// the formula instead. A few rounds; without both, nothing changes and L_l plays no part.
+//   I' = I - G_s (V - R_s I) - (1 - place) g(|psi_x|) psi_x/L_m
+//   L_m' = L_m/(1 + place g Re(psi_x/psi_r)),   G_x = place g Im(psi_x/psi_r)/(w_e L_m)
+// with g of magnetizing_saturation. I' and L_m' go into the formula instead, and the conductance G_x comes off like
+// the iron's: exact for a circuit of this form. A few rounds; without both, nothing changes and L_l plays no part.
 
 namespace imrig::est {
 

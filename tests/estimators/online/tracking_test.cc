@@ -8,16 +8,29 @@
 #include "rig/base/file.h"
 #include "tests/e2e/command.h"
 #include "tests/estimators/online/emulated_motor.h"
+#include "tests/estimators/online/fitted_model.h"
 
 namespace imrig::est {
 namespace {
 
 using test::EmulatedMotor;
 
+using Exchange = std::vector<std::pair<std::string, std::string>>;
+
+std::string plant_text(const std::string& file, const Exchange& exchange) {
+  std::string toml = read_text(test::source(file));
+  for (const auto& [from, to] : exchange) {
+    const std::size_t at = toml.find(from);
+    if (at == std::string::npos) throw std::runtime_error(file + " has no " + from);
+    toml.replace(at, from.size(), to);
+  }
+  return toml;
+}
+
+// Deep bars and heat alone.
 std::string warming_plant(int seed) {
-  std::string toml = read_text(test::source("models/plants/proca_5hp.toml"));
+  std::string toml = plant_text("models/plants/proca_5hp.toml", {{"\"sundials\"", "\"rk4\""}});
   const auto set = [&](const std::string& from, const std::string& to) { toml.replace(toml.find(from), from.size(), to); };
-  set("\"sundials\"", "\"rk4\"");
   set("seed = 1", "seed = " + std::to_string(seed));
   return toml + R"(
 [effects.thermal]
@@ -37,6 +50,16 @@ bar_fraction = 0.6
 )";
 }
 
+// Saturation of main flux and leakage, deep bars, heat, iron, stray and windage losses, dead time; a cage that warms within
+// minutes.
+std::string full_plant(int seed) {
+  return plant_text("models/plants/proca_5hp_full.toml", {{"seed = 1", "seed = " + std::to_string(seed)},
+                                                          {"rotor_J_per_K = 1500.0", "rotor_J_per_K = 230.0"},
+                                                          {"rotor_iron_W_per_K = 10.0", "rotor_iron_W_per_K = 0.2"},
+                                                          {"ambient_C = 25.0", "ambient_C = 20.0"},
+                                                          {"reference_C = 25.0", "reference_C = 20.0"}});
+}
+
 EstimatorConfig config_of(const Model& model) {
   EstimatorConfig c;
   c.follower.motor = knowledge_of(model);
@@ -51,25 +74,34 @@ struct Worst {
 
 void take(double& worst, double found, double truth) { worst = std::max(worst, std::abs(found / truth - 1.0)); }
 
-class Tracking : public ::testing::TestWithParam<int> {};
+// What is tracked, and how its truth is told: the resistance of the bars in the circuit the plant is built in, in the
+// proportion in which the model's circuit has it.
+struct Case {
+  std::string toml;
+  Model model;
+  double f_Hz = 60.0, V = 180.0;
+  std::vector<double> fields_A;
+  bool form_is_exact = true;  // intervals hold no errors of the model's form
+};
 
-TEST_P(Tracking, FollowsARotorThatWarmsFrom20To120DegreesUnderChangingLoad) {
-  const double f = 60.0, V = 180.0;
+void track(const Case& given, const std::string& name, Worst& worst) {
+  const double f = given.f_Hz, V = given.V;
   MotorEstimate now;
   std::optional<Estimator> estimator;
-  EmulatedMotor motor(warming_plant(GetParam()), [&](const SampleBlock& b) { estimator->feed(b); });
-  const Model model = test::true_model(motor.config(), f, V, 20.0, 120.0);
-  const double k_6 = model.effects[0].parameters.at("k6_ohm_s").value;
-  estimator.emplace(config_of(model), [&](const MotorEstimate& e) { now = e; });
+  EmulatedMotor motor(given.toml, [&](const SampleBlock& b) { estimator->feed(b); });
+  const double k_6 = knowledge_of(given.model).k_6_ohm_s;
+  EstimatorConfig config = config_of(given.model);
+  estimator.emplace(config, [&](const MotorEstimate& e) { now = e; });
   motor.rest(3.0);
   motor.run(1.5, f, V);
-  Worst worst;
-  const double fields_A[] = {1.5, 1.8, 1.6, 1.9, 1.3, 1.7, 2.0, 0.6, 1.55};
-  fmt::print("seed {}\n{:>6}{:>9}{:>8}{:>10}{:>10}{:>8}{:>9}{:>14}{:>9}{:>8}\n", GetParam(), "t s", "rotor C", "slip %", "R_r true", "R_r ohm",
+  const double reference_C = knowledge_of(given.model).R_1_reference_C;
+  const double scale = plant::inverse_gamma_truth(motor.config()).R_r_ohm / motor.truth(1e-3, reference_C).R_r_ohm;
+  const auto truth = [&](double slip, double rotor_C) { return scale * motor.truth(slip, rotor_C).R_r_ohm; };
+  fmt::print("{}\n{:>6}{:>9}{:>8}{:>10}{:>10}{:>8}{:>9}{:>14}{:>9}{:>8}\n", name, "t s", "rotor C", "slip %", "R_r true", "R_r ohm",
              "err %", "R_1 err", "predicted err", "joint", "age s");
   for (int step = 0; motor.state().rotor_C < 120.0; ++step) {
     ASSERT_LT(step, 80) << "the rotor does not warm";
-    motor.excite(fields_A[step % 9]);
+    motor.excite(given.fields_A[static_cast<std::size_t>(step) % given.fields_A.size()]);
     // The last estimate of the transient tells R_r at the slip that the motor settles at.
     std::optional<MotorEstimate> before;
     double before_C = 0.0;
@@ -84,20 +116,22 @@ TEST_P(Tracking, FollowsARotorThatWarmsFrom20To120DegreesUnderChangingLoad) {
     motor.run(3.0, f, V);
     const double slip = motor.slip();
     if (slip < 0.02) continue;
-    const double R_r = motor.truth(slip).secant.R_r_ohm, R_1 = motor.truth(1e-3).secant.R_r_ohm;
+    const double R_r = truth(slip, motor.state().rotor_C), R_1 = truth(1e-3, motor.state().rotor_C);
     ASSERT_TRUE(now.point.steady && now.R_r_here_ohm.known());
     ASSERT_TRUE(before);
     take(worst.R_r, now.R_r_here_ohm.value, R_r);
     take(worst.R_r, now.findings.R_r_ohm.value, R_r);
     take(worst.R_1, now.findings.R_1_ohm.value, R_1);
     take(worst.joint, now.findings.joint_R_r_ohm.value, R_r);
-    EXPECT_LT(std::abs(now.R_r_here_ohm.value - R_r), 1.96 * now.R_r_here_ohm.sigma) << "outside its own interval";
+    if (given.form_is_exact) {
+      EXPECT_LT(std::abs(now.R_r_here_ohm.value - R_r), 1.96 * now.R_r_here_ohm.sigma) << "outside its own interval";
+    }
     double predicted = kUnknown;
     if (before->findings.R_1_ohm.known()) {
-      const double truth = motor.truth(settled, before_C).secant.R_r_ohm;
+      const double wanted = truth(settled, before_C);
       predicted = before->findings.R_1_ohm.value + k_6 * 2.0 * kPi * f * settled;
-      take(worst.predicted, predicted, truth);
-      predicted = 100 * (predicted / truth - 1.0);
+      take(worst.predicted, predicted, wanted);
+      predicted = 100 * (predicted / wanted - 1.0);
       ++worst.predictions;
     }
     const auto age = static_cast<double>(now.point.last_index - now.findings.R_r_ohm.last_index) * motor.sample_s();
@@ -107,7 +141,7 @@ TEST_P(Tracking, FollowsARotorThatWarmsFrom20To120DegreesUnderChangingLoad) {
                100 * (now.findings.R_1_ohm.value / R_1 - 1.0), predicted, 100 * (now.findings.joint_R_r_ohm.value / R_r - 1.0), age);
     ++worst.points;
   }
-  fmt::print("seed {}, {} points at slip > 2 %: R_r {:.2f} %, R_1 {:.2f} %, {} predictions {:.2f} %, joint filter {:.2f} %\n", GetParam(),
+  fmt::print("{}, {} points at slip > 2 %: R_r {:.2f} %, R_1 {:.2f} %, {} predictions {:.2f} %, joint filter {:.2f} %\n", name,
              worst.points, 100 * worst.R_r, 100 * worst.R_1, worst.predictions, 100 * worst.predicted, 100 * worst.joint);
   EXPECT_GT(worst.points, 20);
   EXPECT_GT(worst.predictions, 20);
@@ -116,6 +150,34 @@ TEST_P(Tracking, FollowsARotorThatWarmsFrom20To120DegreesUnderChangingLoad) {
   EXPECT_LT(worst.predicted, 0.02);
   // Against the thermometer of the plant: R_1 tells the cage's temperature.
   EXPECT_NEAR(now.rotor_C.value, motor.state().rotor_C, 5.0);
+}
+
+class Tracking : public ::testing::TestWithParam<int> {};
+
+TEST_P(Tracking, FollowsARotorThatWarmsFrom20To120DegreesUnderChangingLoad) {
+  Case one;
+  one.toml = warming_plant(GetParam());
+  one.model = test::true_model(plant::parse_plant_config(one.toml, "test"), one.f_Hz, one.V, 20.0, 120.0);
+  one.fields_A = {1.5, 1.8, 1.6, 1.9, 1.3, 1.7, 2.0, 0.6, 1.55};
+  Worst worst;
+  track(one, fmt::format("seed {}", GetParam()), worst);
+}
+
+TEST_P(Tracking, FollowsItOnAMotorThatSaturatesAndLosesPowerInItsIron) {
+  Case one;
+  one.toml = full_plant(GetParam());
+  const test::FittedModel fitted = test::fitted_model(plant::parse_plant_config(one.toml, "test"), 60.0, 180.0, 20.0);
+  fmt::print("model fitted to {} points of truth within {:.2f} % of the current, rms\n", fitted.points, 100 * fitted.rms_share);
+  EXPECT_LT(fitted.rms_share, 0.002);
+  one.model = fitted.model;
+  one.fields_A = {1.5, 1.8, 1.6, 1.9, 1.3, 1.7, 2.0, 0.6, 1.55};
+  one.form_is_exact = false;
+  if (GetParam() == 3) {  // less speed, the same flux
+    one.f_Hz = 45.0;
+    one.V = 135.0;
+  }
+  Worst worst;
+  track(one, fmt::format("full plant, {} Hz, seed {}", one.f_Hz, GetParam()), worst);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, Tracking, ::testing::Values(1, 2, 3));

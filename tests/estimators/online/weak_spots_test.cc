@@ -247,8 +247,7 @@ TEST(WeakSpots, SaturationAndIronAtTheStatorFluxAreTakenOutExactly) {
       c.current_A = std::abs(I);
       const RotorResistance found = rotor_resistance(c, std::abs(V) / std::abs(I), std::arg(V / I), w, slip);
       ASSERT_EQ(found.status, RotorResistanceStatus::kValid);
-      // For place < 1 the branch is not quite along psi_r: what is left of it counts as resistance.
-      EXPECT_NEAR(found.R_r_ohm, R_r, (place == 1.0 ? 1e-5 : 0.01) * R_r) << place << " " << slip;
+      EXPECT_NEAR(found.R_r_ohm, R_r, 1e-5 * R_r) << place << " " << slip;
       c.saturation = {};
       EXPECT_GT(std::abs(rotor_resistance(c, std::abs(V) / std::abs(I), std::arg(V / I), w, slip).R_r_ohm / R_r - 1.0), 0.01);
     }
