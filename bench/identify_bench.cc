@@ -1,6 +1,6 @@
 // Identification: how near its spread comes to the Cramer-Rao bound, how long it takes, and how it stands against SciPy.
 //   crlb_ratio_l_m, crlb_ratio_r_r, crlb_ratio_l_l, identify_290_s, global_fit_s, identify_vs_scipy
-// usage: imrig-bench-identify [--json] --root DIR NAME...
+// usage: imrig-bench-identify [--json] [--grid LOG] --root DIR NAME...    --grid: a log of campaigns/proca_grid.toml, else one is taken
 
 #include <algorithm>
 #include <cmath>
@@ -73,7 +73,7 @@ Result crlb_ratio(const std::string& name, std::size_t k, const std::vector<Scat
 
 class OnRecords {
  public:
-  explicit OnRecords(std::string root) : root_(std::move(root)) {}
+  OnRecords(std::string root, std::string grid_log) : root_(std::move(root)), grid_log_(std::move(grid_log)) {}
 
   Result identify_290_s() {
     const Grid& g = grid();
@@ -176,7 +176,8 @@ class OnRecords {
   const Grid& grid() {
     if (grid_) return *grid_;
     Grid g;
-    const std::string log = campaign(root_ + "/campaigns/proca_grid.toml", kFull, "grid");
+    const std::string log =
+        grid_log_.empty() ? campaign(root_ + "/campaigns/proca_grid.toml", kFull, "grid") : grid_log_;
     const std::int64_t start = monotonic_us();
     g.data = read_log(log);
     g.read_s = seconds_since(start);
@@ -197,22 +198,23 @@ class OnRecords {
     return *grid_;
   }
 
-  std::string root_;
+  std::string root_, grid_log_;
   Scratch scratch_;
   std::optional<Grid> grid_;
 };
 
 int body(int argc, char** argv) {
   bool as_json = false;
-  std::string root = ".";
+  std::string root = ".", grid_log;
   std::vector<std::string> names;
   for (int k = 1; k < argc; ++k) {
     const std::string word = argv[k];
     if (word == "--json") as_json = true;
     else if (word == "--root" && k + 1 < argc) root = argv[++k];
+    else if (word == "--grid" && k + 1 < argc) grid_log = argv[++k];
     else names.push_back(word);
   }
-  OnRecords records(root);
+  OnRecords records(root, grid_log);
   std::vector<Scatter> all;
   for (const std::string& name : names) {
     if (name.starts_with("crlb_ratio_") && all.empty()) all = scatters();

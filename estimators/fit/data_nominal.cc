@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "estimators/fit/each.h"
 #include "estimators/fit/points_fit.h"
 #include "estimators/fit/start_guess.h"
 #include "estimators/fit/steady_windows.h"
@@ -16,19 +17,6 @@ namespace {
 constexpr double kTold = 0.25;           // relative sigma below which the points tell a parameter
 constexpr double kTypicalR_s = 0.03;     // of v/i
 constexpr std::size_t kMostPoints = 48;  // a start needs no more
-
-std::vector<SteadyPoint> all_points(const DataSet& data, const std::vector<std::size_t>& which) {
-  std::vector<SteadyPoint> points;
-  for (const std::size_t k : which) {
-    try {
-      const auto here = steady_windows(to_frame(data.records[k].series, data.pole_pairs), data.pole_pairs);
-      points.insert(points.end(), here.begin(), here.end());
-    } catch (const Error&) {
-      // The fit of this record will say what is wrong with it.
-    }
-  }
-  return points;
-}
 
 std::vector<SteadyPoint> thinned(const std::vector<SteadyPoint>& points) {
   if (points.size() <= kMostPoints) return points;
@@ -56,22 +44,37 @@ std::optional<DataNominal> typical(const std::vector<SteadyPoint>& points, int p
 
 }  // namespace
 
-std::optional<DataNominal> nominal_from_data(const DataSet& data, const std::vector<std::size_t>& which,
-                                             double R_s) {
-  const auto points = thinned(all_points(data, which));
+std::vector<SteadyPoint> steady_points(const DataSet& data, const std::vector<std::size_t>& which,
+                                       int threads) {
+  std::vector<std::vector<SteadyPoint>> found(which.size());
+  each(which.size(), threads, [&](std::size_t k) {
+    try {
+      found[k] = steady_windows(to_frame(data.records[which[k]].series, data.pole_pairs), data.pole_pairs);
+    } catch (const Error&) {
+      // The fit of this record will say what is wrong with it.
+    }
+  });
+  std::vector<SteadyPoint> points;
+  for (const auto& here : found) points.insert(points.end(), here.begin(), here.end());
+  return points;
+}
+
+std::optional<DataNominal> nominal_from_points(const std::vector<SteadyPoint>& all, int pole_pairs,
+                                               double R_s) {
+  const auto points = thinned(all);
   if (points.size() < 2) return std::nullopt;
   PointsOptions options;
-  options.pole_pairs = data.pole_pairs;
+  options.pole_pairs = pole_pairs;
   options.R_s = R_s;
   const PointsFit fit = fit_points(points, options);
   if (fit.failure.empty() && told(fit)) return DataNominal{fit.theta};
-  return typical(points, data.pole_pairs,
+  return typical(points, pole_pairs,
                  std::isfinite(R_s) ? R_s : kTypicalR_s * points[0].v_peak_V / points[0].i_peak_A);
 }
 
-double largest_flux_Wb(const DataSet& data, const std::vector<std::size_t>& which) {
+double largest_flux_Wb(const std::vector<SteadyPoint>& points) {
   double largest = kMissing;
-  for (const auto& point : all_points(data, which)) {
+  for (const auto& point : points) {
     const double flux = point.v_peak_V / (2.0 * kPi * point.f_Hz);
     if (!(flux <= largest)) largest = flux;
   }

@@ -14,12 +14,15 @@ struct DataNominal {
   MachineParameters<double> theta;
 };
 
-// R_s NaN: fitted too. Nothing when there are no steady stretches.
-std::optional<DataNominal> nominal_from_data(const DataSet& data, const std::vector<std::size_t>& which,
-                                             double R_s);
+// The steady stretches of these records, in their order; records that cannot be used are left out.
+std::vector<SteadyPoint> steady_points(const DataSet& data, const std::vector<std::size_t>& which,
+                                       int threads);
 
-// The largest steady flux (peak phase voltage over electrical frequency) in the records, Wb; NaN when there
-// is none.
-double largest_flux_Wb(const DataSet& data, const std::vector<std::size_t>& which);
+// R_s NaN: fitted too. Nothing when there are fewer than two points.
+std::optional<DataNominal> nominal_from_points(const std::vector<SteadyPoint>& all, int pole_pairs,
+                                               double R_s);
+
+// The largest flux (peak phase voltage over electrical frequency) of the points, Wb; NaN when there is none.
+double largest_flux_Wb(const std::vector<SteadyPoint>& points);
 
 }  // namespace imrig::est

@@ -2,8 +2,9 @@
 
 #include <cmath>
 
+#include "estimators/fit/each.h"
+#include "estimators/fit/record_problem.h"
 #include "estimators/fit/series_records.h"
-#include "estimators/model/predict.h"
 #include "rig/base/error.h"
 
 namespace imrig::est {
@@ -16,25 +17,29 @@ struct Pool {
   double nrmse() const { return signal > 0.0 ? std::sqrt(error / signal) : kMissing; }
 };
 
-void add(const MachineParameters<double>& machine, int pole_pairs, const TimeSeries& series, Pool& pool) {
+Pool pool_of(const MachineParameters<double>& machine, int pole_pairs, const TimeSeries& series) {
   try {
-    const CurrentPrediction prediction = predict_current(machine, pole_pairs, series);
-    for (std::size_t k = 0; k < prediction.measured.size(); ++k) {
-      pool.error += std::norm(prediction.predicted[k] - prediction.measured[k]);
-      pool.signal += std::norm(prediction.measured[k]);
-    }
+    const FrameRecord record = to_frame(series, pole_pairs);
+    const RecordProblem problem(record, false, false);
+    return {problem.error(machine), problem.signal()};
   } catch (const Error&) {
-    // The fit has said why this record cannot be used.
+    return {};  // The fit has said why this record cannot be used.
   }
 }
 
 }  // namespace
 
-Goodness goodness(const MachineParameters<double>& machine, const DataSet& data) {
+Goodness goodness(const MachineParameters<double>& machine, const DataSet& data, int threads) {
+  std::vector<Pool> pools(data.records.size());
+  each(pools.size(), threads, [&](std::size_t k) {
+    const Record& record = data.records[k];
+    if (is_series_kind(record.kind)) pools[k] = pool_of(machine, data.pole_pairs, record.series);
+  });
   Pool fitted, holdout;
-  for (const auto& record : data.records) {
-    if (is_series_kind(record.kind))
-      add(machine, data.pole_pairs, record.series, record.holdout ? holdout : fitted);
+  for (std::size_t k = 0; k < pools.size(); ++k) {
+    Pool& pool = data.records[k].holdout ? holdout : fitted;
+    pool.error += pools[k].error;
+    pool.signal += pools[k].signal;
   }
   return {fitted.nrmse(), holdout.nrmse()};
 }

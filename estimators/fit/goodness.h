@@ -12,6 +12,6 @@ struct Goodness {
 };
 
 // Records that cannot be simulated are left out; NaN where none is left.
-Goodness goodness(const MachineParameters<double>& machine, const DataSet& data);
+Goodness goodness(const MachineParameters<double>& machine, const DataSet& data, int threads = 1);
 
 }  // namespace imrig::est

@@ -224,7 +224,11 @@ class Identification {
 
   SeriesSetting series_setting(const Rows& which) {
     SeriesSetting setting;
-    const auto rough = given_circuit() ? std::nullopt : nominal_from_data(data_, which, R_s_);
+    const Ratings& r = result_.model.ratings;
+    const bool rated = r.voltage_V > 0.0 && r.frequency_Hz > 0.0;
+    const auto points = given_circuit() && rated ? std::vector<SteadyPoint>()
+                                                 : steady_points(data_, which, options_.threads);
+    const auto rough = given_circuit() ? std::nullopt : nominal_from_points(points, data_.pole_pairs, R_s_);
     if (const auto given = given_circuit()) {
       setting.nominal = *given;
     } else if (rough) {
@@ -240,10 +244,8 @@ class Identification {
       setting.R_s_per_K = R_s_line_.R_20.value * R_s_line_.alpha.value / R_s_;
       setting.R_s_reference_C = result_.model.R_s_stator_C;
     }
-    const Ratings& r = result_.model.ratings;
-    const bool rated = r.voltage_V > 0.0 && r.frequency_Hz > 0.0;
     const double flux = rated ? r.voltage_V * std::sqrt(2.0) / kSqrt3 / (2.0 * kPi * r.frequency_Hz)
-                              : largest_flux_Wb(data_, which);
+                              : largest_flux_Wb(points);
     setting.saturation_flux_Wb = kSaturationPerFlux * flux;
     return setting;
   }
@@ -339,7 +341,7 @@ class Identification {
     for (const auto& base : base_parameters()) {
       if (!(result_.model.*base.place).known()) return;
     }
-    const Goodness found = goodness(result_.model.machine(), data_);
+    const Goodness found = goodness(result_.model.machine(), data_, options_.threads);
     revision.fitted_nrmse = found.fitted_nrmse;
     revision.holdout_nrmse = found.holdout_nrmse;
   }

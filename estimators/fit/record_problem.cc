@@ -1,72 +1,82 @@
 #include "estimators/fit/record_problem.h"
 
-#include <ceres/jet.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "estimators/model/simulate.h"
+#include "estimators/fit/row_sums.h"
 
 namespace imrig::est {
 
 namespace {
 
 using Complex = std::complex<double>;
-using Jet = ceres::Jet<double, kCircuit>;
-// One real row of [J | r], and the sum of its outer products.
-using Row = Eigen::Matrix<double, kUnknowns + 1, 1>;
-using Products = Eigen::Matrix<double, kUnknowns + 1, kUnknowns + 1>;
-
-MachineParameters<Jet> seeded(const MachineParameters<double>& theta) {
-  return {Jet(theta.R_s, 0), Jet(theta.R_r, 1), Jet(theta.L_l, 2), Jet(theta.L_m, 3)};
-}
-
-FluxState<Jet> constant(const FluxState<double>& x) {
-  return {{Jet(x.psi_s.re), Jet(x.psi_s.im)}, {Jet(x.psi_r.re), Jet(x.psi_r.im)}};
-}
 
 constexpr double kTurns =
     3.0;  // periods of the supply from which the voltage's faults can be told from the machine ...
 constexpr double kCircular =
     0.2;  // ... if |sum v^2| / sum |v|^2 over the record, in the stationary frame, is below this
 
-bool faults_can_be_told(const FrameRecord& record) {
+// exp(-j w_k t) of every sample.
+Signal turns(const FrameRecord& record) {
+  Signal out;
+  out.reserve(record.size());
+  for (std::size_t k = 0; k < record.size(); ++k) out.push_back(std::conj(record.back(k)));
+  return out;
+}
+
+bool turns_enough(const FrameRecord& record) {
   const double duration = record.sample_time_s * static_cast<double>(record.size());
-  if (std::abs(record.w_k) * duration < kTurns * 2.0 * kPi) return false;
+  return std::abs(record.w_k) * duration >= kTurns * 2.0 * kPi;
+}
+
+bool faults_can_be_told(const FrameRecord& record, const Signal& turn) {
   Complex square = 0.0;
   double power = 0.0;
   for (std::size_t k = 0; k < record.size(); ++k) {
-    const Complex v = record.v[k] * record.back(k);
+    const Complex v = record.v[k] * std::conj(turn[k]);
     square += v * v;
     power += std::norm(v);
   }
   return std::abs(square) < kCircular * power;
 }
 
-std::vector<Complex> currents(const MachineParameters<double>& theta, const FrameRecord& record,
-                              const FluxState<double>& start, int steps, bool driven) {
-  const BaseMachine<double> machine(theta);
-  std::vector<Complex> all(record.size());
-  simulate(machine, record, start, steps, driven,
-           [&](std::size_t k, const FluxState<double>& x) { all[k] = plain(machine.current(x)); });
-  return all;
+// The best c of left = sum h_m c_m from the products of (left, h_1, ... h_n), real parts first.
+template <std::size_t N>
+void solve(const Eigen::MatrixXd& products, Eigen::Index n, std::array<Complex, N>& best) {
+  const Eigen::Index lanes = products.rows() / 2;
+  const auto product = [&](Eigen::Index a, Eigen::Index b) {  // sum a* b
+    return Complex(products(a, b) + products(lanes + a, lanes + b),
+                   products(a, lanes + b) - products(lanes + a, b));
+  };
+  Eigen::MatrixXcd normal(n, n);
+  Eigen::VectorXcd right(n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    right[a] = product(a + 1, 0);
+    for (Eigen::Index b = 0; b < n; ++b) normal(a, b) = product(a + 1, b + 1);
+  }
+  const Eigen::VectorXd scale = normal.diagonal().real().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXcd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
+  scaled.diagonal().array() += 1e-13;  // a state that the record forgets at once stays finite
+  const Eigen::VectorXcd c = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * right);
+  for (Eigen::Index a = 0; a < n; ++a) best[static_cast<std::size_t>(a)] = c[a];
 }
 
 }  // namespace
 
-RecordProblem::RecordProblem(const FrameRecord& record, int steps, bool look_for_faults)
-    : record_(record), steps_(steps) {
-  const bool faults = look_for_faults && faults_can_be_told(record);
-  for (int m = kCircuit; m < (faults ? kUnknowns : kCircuit + 4); ++m) linear_unknowns_.push_back(m);
-  if (!faults) return;
-  mirrored_ = record;
-  offset_ = record;
-  for (std::size_t k = 0; k < record.size(); ++k) {
-    const Complex turn = std::conj(record.back(k));
-    mirrored_.v[k] = std::conj(record.v[k]) * turn * turn;
-    offset_.v[k] = turn;
+RecordProblem::RecordProblem(const FrameRecord& record, bool look_for_faults, bool R_s)
+    : record_(record), speeds_(speed_range(record)), R_s_(R_s) {
+  if (look_for_faults && turns_enough(record)) {
+    const Signal turn = turns(record);
+    if (faults_can_be_told(record, turn)) {
+      mirrored_.resize(record.size());
+      for (std::size_t k = 0; k < record.size(); ++k)
+        mirrored_[k] = std::conj(record.v[k]) * turn[k] * turn[k];
+      offset_ = turn;
+    }
   }
+  const bool faults = !offset_.empty();
+  for (int m = kCircuit; m < (faults ? kUnknowns : kCircuit + 4); ++m) linear_unknowns_.push_back(m);
 }
 
 double RecordProblem::signal() const {
@@ -75,39 +85,39 @@ double RecordProblem::signal() const {
   return sum;
 }
 
-// The current is linear in what is behind the circuit: driven + linear' c; c by least squares.
+// The current is linear in what is behind the circuit: driven + sum h_m c_m; c by least squares.
 RecordProblem::Responses RecordProblem::responses(const MachineParameters<double>& theta) const {
+  return offset_.empty() ? responses_of<4>(theta) : responses_of<6>(theta);
+}
+
+// Lanes: driven, by psi_s(0), by psi_r(0), and where they are looked for by epsilon and by an offset.
+template <int C>
+RecordProblem::Responses RecordProblem::responses_of(const MachineParameters<double>& theta) const {
+  constexpr int kUsed = C == 4 ? 3 : 5;
   Responses out;
-  out.driven = currents(theta, record_, {}, steps_, true);
-  std::vector<std::vector<Complex>> columns{
-      currents(theta, record_, {Cx<double>(1.0, 0.0), {}}, steps_, false),
-      currents(theta, record_, {{}, Cx<double>(1.0, 0.0)}, steps_, false)};
-  if (!mirrored_.v.empty()) {
-    columns.push_back(currents(theta, mirrored_, {}, steps_, true));
-    columns.push_back(currents(theta, offset_, {}, steps_, true));
-  }
-  const auto n = static_cast<Eigen::Index>(columns.size());
-  out.linear.assign(record_.size(), Coefficients::Zero());
-  for (Eigen::Index c = 0; c < n; ++c) {
-    for (std::size_t k = 0; k < record_.size(); ++k)
-      out.linear[k][c] = columns[static_cast<std::size_t>(c)][k];
-  }
-  Eigen::MatrixXcd normal = Eigen::MatrixXcd::Zero(n, n);
-  Eigen::VectorXcd right = Eigen::VectorXcd::Zero(n);
-  for (std::size_t k = record_.judged_from; k < record_.size(); ++k) {
-    const auto& h = out.linear[k];
-    const Complex left = record_.i[k] - out.driven[k];
-    for (Eigen::Index a = 0; a < n; ++a) {
-      right[a] += std::conj(h[a]) * left;
-      for (Eigen::Index b = 0; b <= a; ++b) normal(a, b) += std::conj(h[a]) * h[b];
-    }
-  }
-  const Eigen::VectorXd scale = normal.diagonal().real().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  Eigen::MatrixXcd scaled =
-      scale.asDiagonal() * normal.selfadjointView<Eigen::Lower>().toDenseMatrix() * scale.asDiagonal();
-  scaled.diagonal().array() += 1e-13;  // a state that the record forgets at once stays finite
-  out.best = Coefficients::Zero();
-  out.best.head(n) = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * right);
+  out.current.resize(record_.size());
+  const SampledMachine<1> machine(theta, record_, speeds_);
+  FluxSide<C> x;
+  x.s.set(1, 1.0);
+  x.r.set(2, 1.0);
+  RowSums<2 * C> sums;
+  const double per_leakage = 1.0 / theta.L_l;
+  run_columns<C>(
+      machine, record_.w_r, x,
+      [&](std::size_t k, Side<C>& u) {
+        u.set(0, record_.v[k]);
+        if constexpr (kUsed == 5) u.set(3, mirrored_[k]), u.set(4, offset_[k]);
+      },
+      [&](std::size_t k, const FluxSide<C>& flux) {
+        Side<C> i{per_leakage * (flux.s.re - flux.r.re), per_leakage * (flux.s.im - flux.r.im)};
+        for (int c = 0; c < kUsed; ++c) out.current[k][static_cast<std::size_t>(c)] = i.at(c);
+        if (k < record_.judged_from) return;
+        i.set(0, record_.i[k] - i.at(0));
+        auto row = sums.next();
+        row.template head<C>() = i.re;
+        row.template tail<C>() = i.im;
+      });
+  solve(sums.take(), kUsed - 1, out.best);
   return out;
 }
 
@@ -115,48 +125,62 @@ double RecordProblem::error(const MachineParameters<double>& theta) const {
   const Responses response = responses(theta);
   double sum = 0.0;
   for (std::size_t k = record_.judged_from; k < record_.size(); ++k) {
-    const Complex predicted = response.driven[k] + (response.linear[k].array() * response.best.array()).sum();
+    Complex predicted = response.current[k][0];
+    for (std::size_t m = 0; m < kLinear; ++m) predicted += response.current[k][m + 1] * response.best[m];
     sum += std::norm(predicted - record_.i[k]);
   }
   return sum;
 }
 
-Linearization RecordProblem::linearize(const MachineParameters<double>& theta,
-                                       std::vector<SampleRows>* rows) const {
+Linearization RecordProblem::linearize(const MachineParameters<double>& theta, RecordColumns* columns) const {
   const Responses response = responses(theta);
+  if (R_s_ || columns != nullptr) return linearize_from<6>(0, theta, response, columns);
+  return linearize_from<4>(1, theta, response, columns);
+}
+
+template <int C>
+Linearization RecordProblem::linearize_from(int first, const MachineParameters<double>& theta,
+                                            const Responses& response, RecordColumns* columns) const {
   Linearization out;
   out.start = {Cx<double>(response.best[0]), Cx<double>(response.best[1])};
-  FrameRecord corrected;
-  if (!mirrored_.v.empty()) {
-    corrected = record_;
-    for (std::size_t k = 0; k < corrected.size(); ++k) {
-      corrected.v[k] += response.best[2] * mirrored_.v[k] + response.best[3] * offset_.v[k];
-    }
+  Signal v = record_.v;
+  for (std::size_t k = 0; k < offset_.size(); ++k)
+    v[k] += response.best[2] * mirrored_[k] + response.best[3] * offset_[k];
+  if (columns != nullptr) {
+    for (Signal& column : columns->by) column.assign(record_.size(), 0.0);
+    columns->residual.clear();
+    columns->residual.reserve(judged());
+    columns->psi_r.resize(record_.size());
   }
-  Products sum = Products::Zero();
-  const BaseMachine<Jet> machine(seeded(theta));
-  const FrameRecord& input = mirrored_.v.empty() ? record_ : corrected;
-  simulate(machine, input, constant(out.start), steps_, true, [&](std::size_t k, const FluxState<Jet>& x) {
+  const SampledMachine<C> machine(theta, record_, speeds_, Fed::kStator, first);
+  const double per_leakage = 1.0 / theta.L_l;
+  const int leakage = 2 - first + 1;  // lane of L_l
+  RowSums<kUnknowns + 1> sums;
+  run_derivatives<C>(machine, record_.w_r, v, out.start, [&](std::size_t k, const FluxSide<C>& flux) {
+    if (columns != nullptr) columns->psi_r[k] = flux.r.at(0);
     if (k < record_.judged_from) return;
-    const Cx<Jet> i = machine.current(x);
-    Row real, imaginary;
-    real.head<kCircuit>() = i.re.v;
-    imaginary.head<kCircuit>() = i.im.v;
-    for (int c = 0; c < kLinear; ++c) {
-      const Complex h = response.linear[k][c];
-      real[kCircuit + 2 * c] = h.real();
-      real[kCircuit + 2 * c + 1] = -h.imag();
-      imaginary[kCircuit + 2 * c] = h.imag();
-      imaginary[kCircuit + 2 * c + 1] = h.real();
+    Side<C> i{per_leakage * (flux.s.re - flux.r.re), per_leakage * (flux.s.im - flux.r.im)};
+    i.re[leakage] -= per_leakage * i.re[0];
+    i.im[leakage] -= per_leakage * i.im[0];
+    const Complex residual = i.at(0) - record_.i[k];
+    for (const bool imaginary : {false, true}) {
+      auto row = sums.next();
+      row[0] = 0.0;
+      row.template segment(first, kCircuit - first) =
+          (imaginary ? i.im : i.re).template segment(1, kCircuit - first).matrix();
+      for (int c = 0; c < kLinear; ++c) {
+        const Complex h = response.current[k][static_cast<std::size_t>(c) + 1];
+        row[kCircuit + 2 * c] = imaginary ? h.imag() : h.real();
+        row[kCircuit + 2 * c + 1] = imaginary ? h.real() : -h.imag();
+      }
+      row[kUnknowns] = imaginary ? residual.imag() : residual.real();
     }
-    real[kUnknowns] = i.re.a - record_.i[k].real();
-    imaginary[kUnknowns] = i.im.a - record_.i[k].imag();
-    sum.noalias() += real * real.transpose();
-    sum.noalias() += imaginary * imaginary.transpose();
-    if (rows != nullptr)
-      rows->push_back(
-          {real.head<kUnknowns>(), imaginary.head<kUnknowns>(), {real[kUnknowns], imaginary[kUnknowns]}});
+    if (columns == nullptr) return;
+    for (int m = 0; m < kCircuit; ++m) columns->by[static_cast<std::size_t>(m)][k] = i.at(m + 1);
+    for (std::size_t c = 0; c < kLinear; ++c) columns->by[kCircuit + c][k] = response.current[k][c + 1];
+    columns->residual.push_back(residual);
   });
+  const Eigen::MatrixXd sum = sums.take();
   out.normal = sum.topLeftCorner<kUnknowns, kUnknowns>();
   out.gradient = sum.col(kUnknowns).head<kUnknowns>();
   out.error = sum(kUnknowns, kUnknowns);

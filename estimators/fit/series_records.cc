@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <mutex>
-#include <thread>
 
+#include "estimators/fit/each.h"
 #include "estimators/fit/start_guess.h"
 #include "estimators/fit/steady_windows.h"
 #include "estimators/fit/transient_fit.h"
@@ -18,8 +17,7 @@ namespace imrig::est {
 
 namespace {
 
-constexpr double kWorstMisfit = 0.3;  // nrmse above which the machine model says nothing about the record
-constexpr int kMostThreads = 64;
+constexpr double kWorstMisfit = 0.3;   // nrmse above which the machine model says nothing about the record
 constexpr double kBlind = 0.1;         // relative sigma from which a record does not see a parameter
 constexpr double kBackwardSlip = 1.8;  // a rotor that turns against the field: slip about 2
 constexpr std::array<const char*, kCircuit> kNames{"R_s", "R_r", "L_l", "L_m"};
@@ -177,28 +175,21 @@ bool is_series_kind(RecordKind kind) {
 std::vector<RecordResult> fit_series_records(const DataSet& data, const std::vector<std::size_t>& which,
                                              const SeriesSetting& setting, const IdentifyOptions& options) {
   std::vector<RecordResult> results(which.size());
-  std::atomic<std::size_t> next{0};
   std::mutex telling;
   std::size_t done = 0;
-  const auto work = [&] {
-    for (std::size_t k = next++; k < which.size(); k = next++) {
-      const Record& record = data.records[which[k]];
-      results[k].id = record.id;
-      results[k].kind = record.kind;
-      try {
-        fit_one(data, record, setting, options, results[k]);
-      } catch (const std::exception& e) {
-        results[k].rejected = e.what();
-      }
-      const std::lock_guard lock(telling);
-      ++done;
-      if (options.progress) options.progress({done, which.size(), record.id});
+  each(which.size(), options.threads, [&](std::size_t k) {
+    const Record& record = data.records[which[k]];
+    results[k].id = record.id;
+    results[k].kind = record.kind;
+    try {
+      fit_one(data, record, setting, options, results[k]);
+    } catch (const std::exception& e) {
+      results[k].rejected = e.what();
     }
-  };
-  std::vector<std::jthread> helpers;
-  for (int t = 1; t < std::min(options.threads, kMostThreads); ++t) helpers.emplace_back(work);
-  work();
-  helpers.clear();
+    const std::lock_guard lock(telling);
+    ++done;
+    if (options.progress) options.progress({done, which.size(), record.id});
+  });
   return results;
 }
 

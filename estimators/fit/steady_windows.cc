@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "rig/data/conditions.h"
 
@@ -15,6 +16,7 @@ constexpr std::size_t kWindows = 6;
 constexpr double kSteadyAdmittance = 0.05;  // relative change between halves
 constexpr double kSteadySpeed = 0.01;
 constexpr double kLowestFrequency_rad_s = 2.0;
+constexpr double kSlow_s = 1e-3;
 
 struct Sums {
   Complex iv = 0.0;
@@ -36,11 +38,15 @@ Sums summed(const FrameRecord& record, std::size_t begin, std::size_t end) {
   return s;
 }
 
-// Speed of the field: the frame's and what is left of the voltage's turning in it.
-double field_speed(const FrameRecord& record, std::size_t begin, std::size_t end) {
-  const std::vector<Complex> v(record.v.begin() + static_cast<std::ptrdiff_t>(begin),
-                               record.v.begin() + static_cast<std::ptrdiff_t>(end));
-  const Fundamental left = fundamental_of(v, record.sample_time_s);
+// Speed of the field: the frame's and what is left of the voltage's turning in it, which is slow.
+double field_speed(const FrameRecord& record) {
+  const auto by = static_cast<std::size_t>(std::max(1.0, kSlow_s / record.sample_time_s));
+  std::vector<Complex> v;
+  for (std::size_t k = record.judged_from; k + by <= record.size(); k += by) {
+    v.push_back(std::accumulate(record.v.begin() + static_cast<std::ptrdiff_t>(k),
+                                record.v.begin() + static_cast<std::ptrdiff_t>(k + by), Complex(0.0)));
+  }
+  const Fundamental left = fundamental_of(v, record.sample_time_s * static_cast<double>(by));
   return record.w_k + (std::isfinite(left.f_Hz) ? 2.0 * kPi * left.f_Hz : 0.0);
 }
 
@@ -50,7 +56,7 @@ std::vector<SteadyPoint> steady_windows(const FrameRecord& record, int pole_pair
   std::vector<SteadyPoint> points;
   const std::size_t length = (record.size() - record.judged_from) / kWindows;
   if (length < 8) return points;
-  const double w_e = field_speed(record, record.judged_from, record.size());
+  const double w_e = field_speed(record);
   if (std::abs(w_e) < kLowestFrequency_rad_s) return points;
   for (std::size_t window = 0; window < kWindows; ++window) {
     const std::size_t begin = record.judged_from + window * length;
@@ -79,7 +85,7 @@ MeanConditions mean_conditions(const FrameRecord& record) {
   MeanConditions c;
   c.v_peak_V = std::sqrt(all.vv / n);
   c.i_peak_A = std::sqrt(all.ii / n);
-  const double w_e = field_speed(record, record.judged_from, record.size());
+  const double w_e = field_speed(record);
   c.f_Hz = w_e / (2.0 * kPi);
   if (std::abs(w_e) > kLowestFrequency_rad_s) c.slip = 1.0 - all.speed() / w_e;
   return c;

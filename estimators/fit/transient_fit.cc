@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "estimators/fit/transient_search.h"
-#include "estimators/model/simulate.h"
 
 namespace imrig::est {
 
@@ -14,18 +13,19 @@ namespace {
 constexpr double kNearEnough = 0.1;  // nrmse at which the nominal needs no rival start
 constexpr int kMostMoves = 3;        // of bounds that are guesses
 constexpr double kThin_s = 0.3e-3;   // sample time of the search's first part
+constexpr double kSettled = 0.01, kRoughlySettled = 0.1;  // of a standard deviation
 constexpr std::size_t kFewestThin = 1000;
 
 using Theta = MachineParameters<double>;
 
 // Noise, and the estimate freed from what noise on the voltage does to it. A correction larger than a
 // standard deviation is no correction.
-void add_noise(const RecordProblem& problem, const TransientOptions& options, TransientFit& fit) {
-  const Linearization here = problem.linearize(fit.theta);
+void add_noise(const RecordProblem& problem, const Linearization& here, const RecordColumns& columns,
+               const TransientOptions& options, TransientFit& fit) {
   fit.start = here.start;
   fit.nrmse = std::sqrt(here.error / problem.signal());
   fit.residual_A = std::sqrt(here.error / static_cast<double>(2 * problem.judged()));
-  fit.noise = transient_noise(problem, fit.theta, options.fit_R_s, options.noise);
+  fit.noise = transient_noise(problem, fit.theta, options.fit_R_s, here, columns, options.noise);
   const std::array<double Theta::*, kCircuit> places{&Theta::R_s, &Theta::R_r, &Theta::L_l, &Theta::L_m};
   for (std::size_t m = options.fit_R_s ? 0 : 1; m < places.size(); ++m) {
     const auto k = static_cast<Eigen::Index>(m);
@@ -38,10 +38,12 @@ bool beyond(const Cx<double>& flux, double bound) {
   return std::abs(flux.re) > bound || std::abs(flux.im) > bound;
 }
 
-// The record at a longer sample time: means of blocks, in the frame, of voltage, current and speed alike, which leaves a
-// linear machine's relation between them as it is. Enough to find the neighbourhood; the last steps see every sample.
+// The record at a longer sample time: means of blocks, in the frame, of voltage, current and speed alike,
+// which leaves a linear machine's relation between them as it is. Enough to find the neighbourhood; the last
+// steps see every sample.
 FrameRecord thinned(const FrameRecord& record) {
-  const auto by = std::min(static_cast<std::size_t>(kThin_s / record.sample_time_s + 1e-9), record.size() / kFewestThin);
+  const auto by =
+      std::min(static_cast<std::size_t>(kThin_s / record.sample_time_s + 1e-9), record.size() / kFewestThin);
   if (by < 2) return record;
   FrameRecord out = record;
   const std::size_t n = record.size() / by;
@@ -58,11 +60,10 @@ FrameRecord thinned(const FrameRecord& record) {
 }
 
 // The start that leaves the smallest error.
-Theta best_of(const FrameRecord& record, const TransientOptions& options) {
+Theta best_of(const RecordProblem& problem, const TransientOptions& options) {
   Theta best = options.nominal;
   double least = std::numeric_limits<double>::infinity();
   const auto consider = [&](const Theta& theta) {
-    const RecordProblem problem(record, steps_per_sample(theta, record), false);
     const double error = problem.error(theta);
     if (!(error < least)) return false;
     least = error;
@@ -74,39 +75,31 @@ Theta best_of(const FrameRecord& record, const TransientOptions& options) {
   return best;
 }
 
-// One constrained search with bounds that move along while they are guesses.
-void search_from(const FrameRecord& record, const FrameRecord& thin, int steps, const TransientOptions& options,
-                 Theta nominal, TransientFit& fit) {
-  const RecordProblem quick(thin, steps_per_sample(fit.theta, thin), false);
-  const RecordProblem whole(record, steps, true);
-  for (int move = 0; move <= (options.bounds_move ? kMostMoves : 0); ++move) {
-    TransientSearch search(quick, whole, nominal, options.fit_R_s);
-    const bool found = search.constrained_minimum(fit.theta);
-    const bool settled = found && search.polish(fit.theta);
-    fit.evaluations += search.evaluations();
-    fit.on_bound = search.on_bound(fit.theta);
-    fit.failure = !found ? "the optimizer failed" : !settled ? "the fit did not settle" : "";
-    if (std::none_of(fit.on_bound.begin(), fit.on_bound.end(), [](bool on) { return on; })) return;
-    nominal = fit.theta;
-  }
-}
-
 }  // namespace
 
+// One constrained search, with bounds that move along while they are guesses.
 TransientFit fit_transient(const FrameRecord& record, const TransientOptions& options) {
   TransientFit fit;
   const FrameRecord thin = thinned(record);
-  fit.theta = best_of(thin, options);
+  const RecordProblem quick(thin, false, options.fit_R_s), close(thin, true, options.fit_R_s),
+      whole(record, true, options.fit_R_s);
+  fit.theta = best_of(quick, options);
   if (!options.fit_R_s) fit.theta.R_s = options.nominal.R_s;
-  const Theta nominal = options.bounds_move ? fit.theta : options.nominal;
-  int steps = steps_per_sample(fit.theta, record);
-  search_from(record, thin, steps, options, nominal, fit);
-  if (steps_per_sample(fit.theta, record) > steps) {  // the answer is faster than the start
-    steps = steps_per_sample(fit.theta, record);
-    search_from(record, thin, steps, options, nominal, fit);
+  Theta nominal = options.bounds_move ? fit.theta : options.nominal;
+  Linearization here;
+  RecordColumns columns;
+  for (int move = 0; move <= (options.bounds_move ? kMostMoves : 0); ++move) {
+    TransientSearch search(quick, nominal, options.fit_R_s);
+    const bool found = search.constrained_minimum(fit.theta);
+    if (found && thin.size() < record.size()) search.polish(close, kRoughlySettled, fit.theta, here, nullptr);
+    const bool settled = search.polish(whole, kSettled, fit.theta, here, &columns) && found;
+    fit.evaluations += search.evaluations();
+    fit.on_bound = search.on_bound(fit.theta);
+    fit.failure = !found ? "the optimizer failed" : !settled ? "the fit did not settle" : "";
+    if (std::none_of(fit.on_bound.begin(), fit.on_bound.end(), [](bool on) { return on; })) break;
+    nominal = fit.theta;
   }
-  const RecordProblem problem(record, steps, true);
-  add_noise(problem, options, fit);
+  add_noise(whole, here, columns, options, fit);
   fit.flux_on_bound = beyond(fit.start.psi_s, kBoundFlux * options.saturation_flux_Wb) ||
                       beyond(fit.start.psi_r, kBoundFlux * options.saturation_flux_Wb);
   return fit;

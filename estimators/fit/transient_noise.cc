@@ -1,55 +1,92 @@
 #include "estimators/fit/transient_noise.h"
 
-#include <ceres/jet.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "estimators/fit/inverse.h"
-#include "estimators/model/simulate.h"
+#include "estimators/fit/row_sums.h"
 
 namespace imrig::est {
 
 namespace {
 
 using Complex = std::complex<double>;
-using Signal = std::vector<Complex>;
-using Jet = ceres::Jet<double, kCircuit>;
+constexpr int kColumns = kCircuit + kLinear;
+using Abreast = Side<kColumns>;  // all columns at one sample
 
-// The machine with its voltage on the rotor: the response to what adds to dpsi_r/dt.
-class RotorFed : public BaseMachine<double> {
+// J' S J from what an adjoint (below) makes of the columns of J, for noise of unit variance.
+class Products {
  public:
-  using BaseMachine<double>::BaseMachine;
-  State derivative(const State& x, Complex v, double w_r, double w_k) const {
-    State d = BaseMachine<double>::derivative(x, 0.0, w_r, w_k);
-    d.psi_r = d.psi_r + Cx<double>(v);
-    return d;
+  void add(const Abreast& y) {
+    auto row = sums_.next();
+    row.head<kColumns>() = y.re;
+    row.tail<kColumns>() = y.im;
   }
+  // The columns come conjugated; that of an imaginary part is j times its real part's.
+  Normal take() {
+    const Eigen::MatrixXd p = sums_.take();
+    Normal out = Normal::Zero();
+    for (int a = 0; a < kColumns; ++a) {
+      for (int b = 0; b < kColumns; ++b) {
+        const double re = p(a, b) + p(kColumns + a, kColumns + b);
+        const double im = p(kColumns + a, b) - p(a, kColumns + b);
+        const int at_a = place(a), at_b = place(b);
+        out(at_a, at_b) = re;
+        if (b >= kCircuit) out(at_a, at_b + 1) = -im;
+        if (a >= kCircuit) out(at_a + 1, at_b) = im;
+        if (a >= kCircuit && b >= kCircuit) out(at_a + 1, at_b + 1) = re;
+      }
+    }
+    return out;
+  }
+
+ private:
+  static int place(int column) { return column < kCircuit ? column : kCircuit + 2 * (column - kCircuit); }
+  RowSums<2 * kColumns> sums_;
 };
 
-FrameRecord driven_by(const FrameRecord& like, Signal v, std::vector<double> w_r) {
-  FrameRecord record;
-  record.sample_time_s = like.sample_time_s;
-  record.w_k = like.w_k;
-  record.i.resize(v.size());
-  record.v = std::move(v);
-  record.w_r = std::move(w_r);
-  return record;
+// Sample k of the columns, conjugated and reversed (which no sum of products notices).
+void reversed(const RecordColumns& columns, std::size_t k, Abreast& out) {
+  for (int c = 0; c < kColumns; ++c) {
+    const Signal& column = columns.by[static_cast<std::size_t>(c)];
+    out.set(c, std::conj(column[column.size() - 1 - k]));
+  }
 }
 
-// Adjoint of a machine's response applied to weights over all samples, conjugated and reversed (which no sum
-// of products notices).
-template <class Machine>
-Signal adjoint(const Machine& machine, const RecordProblem& problem, const Signal& weights) {
-  const FrameRecord& record = problem.record();
-  Signal input(weights.rbegin(), weights.rend());
-  for (auto& x : input) x = std::conj(x);
-  const FrameRecord reversed = driven_by(record, std::move(input), {record.w_r.rbegin(), record.w_r.rend()});
-  Signal out(record.size());
-  simulate(machine, reversed, {}, problem.steps(), true,
-           [&](std::size_t k, const FluxState<double>& x) { out[k] = plain(machine.current(x)); });
-  return out;
+// The adjoint of the machine's response to its voltage is the machine over the reversed conjugate.
+Normal through_machine(const RecordProblem& problem, const MachineParameters<double>& theta,
+                       const RecordColumns& columns) {
+  const std::vector<double> w_r(problem.record().w_r.rbegin(), problem.record().w_r.rend());
+  const SampledMachine<1> machine(theta, problem.record(), problem.speeds());
+  const double per_leakage = 1.0 / theta.L_l;
+  Products products;
+  run_columns<kColumns>(
+      machine, w_r, {}, [&](std::size_t k, Abreast& u) { reversed(columns, k, u); },
+      [&](std::size_t, const FluxSide<kColumns>& x) {
+        products.add({per_leakage * (x.s.re - x.r.re), per_leakage * (x.s.im - x.r.im)});
+      });
+  return products.take();
+}
+
+Normal through_filter(const FrameRecord& record, const RecordColumns& columns) {
+  Products products;
+  Abreast x, before, y;
+  const bool none = record.filter_s <= 0.0;
+  const FilterStep f = none ? FilterStep{1.0, 0.0, 0.0, 1.0} : record.filter_step();
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    reversed(columns, k, x);
+    const Abreast z = y;
+    const auto add = [&](Complex c, const Abreast& u) {
+      y.re += c.real() * u.re - c.imag() * u.im;
+      y.im += c.real() * u.im + c.imag() * u.re;
+    };
+    y = {};
+    add(f.decay, z), add(f.old, before), add(f.fresh, x);
+    products.add(y);
+    before = x;
+  }
+  return products.take();
 }
 
 double mean_speed(const FrameRecord& record) {
@@ -70,21 +107,24 @@ VoltageNoise voltage_noise(const RecordProblem& problem, const MachineParameters
   const FrameRecord& record = problem.record();
   Signal pulse(record.size());
   pulse[1] = 1.0;
-  const FrameRecord input =
-      driven_by(record, std::move(pulse), std::vector<double>(record.size(), mean_speed(record)));
-  const BaseMachine<Jet> machine({Jet(p.R_s, 0), Jet(p.R_r, 1), Jet(p.L_l, 2), Jet(p.L_m, 3)});
+  const double speed = mean_speed(record);
+  const SampledMachine<6> machine(p, record, {speed, speed});
+  const double per_leakage = 1.0 / p.L_l;
   VoltageNoise out;
   Complex before = 0.0;
   const double n = static_cast<double>(record.size());
-  simulate(machine, input, {}, problem.steps(), true, [&](std::size_t k, const FluxState<Jet>& x) {
-    const Cx<Jet> i = machine.current(x);
-    const Complex here(i.re.a, i.im.a);
-    const double times = n - static_cast<double>(k);  // pulses in the record that reach so far
-    out.energy += std::norm(here) * times / n;
-    out.difference += std::norm(here - before) * times / n;
-    out.slope += times * (i.re.a * i.re.v + i.im.a * i.im.v);
-    before = here;
-  });
+  run_derivatives<6>(machine, std::vector<double>(record.size(), speed), pulse, {},
+                     [&](std::size_t k, const FluxSide<6>& x) {
+                       Side<6> i{per_leakage * (x.s.re - x.r.re), per_leakage * (x.s.im - x.r.im)};
+                       i.re[3] -= per_leakage * i.re[0];
+                       i.im[3] -= per_leakage * i.im[0];
+                       const double times =
+                           n - static_cast<double>(k);  // pulses in the record that reach so far
+                       out.energy += std::norm(i.at(0)) * times / n;
+                       out.difference += std::norm(i.at(0) - before) * times / n;
+                       out.slope += (times * (i.re[0] * i.re + i.im[0] * i.im)).segment<4>(1).matrix();
+                       before = i.at(0);
+                     });
   return out;
 }
 
@@ -108,67 +148,6 @@ CurrentNoise current_noise(const FrameRecord& record) {
   return out;
 }
 
-// The columns of J as complex signals over the record (zero where it is not judged), and each through an
-// adjoint: what products of J with coloured noise need. Unknowns that are not free stay empty.
-using Columns = std::array<Signal, kUnknowns>;
-
-Columns columns_of(const RecordProblem& problem, const std::vector<SampleRows>& rows,
-                   const std::vector<int>& free) {
-  Columns columns;
-  for (const int m : free) {
-    Signal& column = columns[static_cast<std::size_t>(m)];
-    column.resize(problem.record().size());
-    for (std::size_t k = 0; k < rows.size(); ++k)
-      column[problem.record().judged_from + k] = {rows[k].real[m], rows[k].imaginary[m]};
-  }
-  return columns;
-}
-
-// An imaginary part's column is j times its real part's, and stays so (conjugated) through an adjoint.
-Signal turned(const Signal& conjugated) {
-  Signal out(conjugated.size());
-  for (std::size_t k = 0; k < out.size(); ++k) out[k] = {conjugated[k].imag(), -conjugated[k].real()};
-  return out;
-}
-
-template <class Apply>
-Columns through(const Columns& columns, const std::vector<int>& free, const Apply& apply) {
-  Columns out;
-  for (const int m : free) {
-    const auto k = static_cast<std::size_t>(m);
-    const bool imaginary = m >= kCircuit && (m - kCircuit) % 2 == 1;
-    out[k] = imaginary ? turned(out[k - 1]) : apply(columns[k]);
-  }
-  return out;
-}
-
-double product(const Signal& a, const Signal& b) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) sum += a[k].real() * b[k].real() + a[k].imag() * b[k].imag();
-  return sum;
-}
-
-// J' S J for noise of unit variance whose shape the adjoint has put into the columns.
-Normal products_of(const Columns& columns, const std::vector<int>& free) {
-  Normal out = Normal::Zero();
-  for (const int a : free) {
-    for (const int b : free) {
-      if (b > a) continue;
-      out(a, b) = product(columns[static_cast<std::size_t>(a)], columns[static_cast<std::size_t>(b)]);
-      out(b, a) = out(a, b);
-    }
-  }
-  return out;
-}
-
-// Conjugated and reversed, as adjoint does it.
-Signal filter_adjoint(const FrameRecord& record, const Signal& column) {
-  Signal out(column.rbegin(), column.rend());
-  for (auto& x : out) x = std::conj(x);
-  record.filter(out);
-  return out;
-}
-
 // What one sample of a channel's white noise (one sigma of each component 1) leaves in the residual, summed
 // over the record: mean square and that of the first difference. The fit takes away what looks like its
 // unknowns: trace of N^-1 J' S J.
@@ -177,11 +156,11 @@ struct Moments {
   double difference = 0.0;
 };
 
-Moments moments_of(const std::vector<SampleRows>& rows) {
+Moments moments_of(const Signal& residual) {
   Moments m;
-  for (std::size_t k = 1; k < rows.size(); ++k) {
-    m.energy += std::norm(rows[k].residual);
-    m.difference += std::norm(rows[k].residual - rows[k - 1].residual);
+  for (std::size_t k = 1; k < residual.size(); ++k) {
+    m.energy += std::norm(residual[k]);
+    m.difference += std::norm(residual[k] - residual[k - 1]);
   }
   return m;
 }
@@ -202,54 +181,48 @@ void split(const Moments& seen, const Moments& of_current, const Moments& of_vol
   noise.voltage_V = std::sqrt(v2);
 }
 
-// Rows of A as complex weights per sample.
-Signal weighted(const Columns& columns, const std::vector<int>& free, const Unknowns& line) {
-  Signal out(columns[static_cast<std::size_t>(free.front())].size());
-  for (const int m : free) {
-    const Signal& column = columns[static_cast<std::size_t>(m)];
-    for (std::size_t k = 0; k < out.size(); ++k) out[k] += line[m] * column[k];
-  }
-  return out;
-}
-
-// j psi_r along the record, reversed and conjugated like what adjoint returns: a speed error of 1 rad/s adds
-// j psi_r to dpsi_r/dt.
-Signal speed_lever(const RecordProblem& problem, const MachineParameters<double>& p,
-                   const FluxState<double>& start) {
-  Signal lever(problem.record().size());
-  simulate(BaseMachine<double>(p), problem.record(), start, problem.steps(), true,
-           [&](std::size_t k, const FluxState<double>& x) {
-             lever[lever.size() - 1 - k] = std::conj(Complex(0.0, 1.0) * plain(x.psi_r));
-           });
-  return lever;
-}
-
-// Of the circuit, from noise of the speed.
+// Of the circuit, from noise of the speed: an error of 1 rad/s adds j psi_r to dpsi_r/dt. Rows of A = N^-1 J'
+// as complex weights go through the adjoint of the machine that is fed on its rotor.
 Eigen::Matrix4d speed_covariance(const RecordProblem& problem, const MachineParameters<double>& theta,
-                                 const FluxState<double>& start, const Columns& columns,
-                                 const std::vector<int>& free, const Normal& inverse) {
-  const Signal lever = speed_lever(problem, theta, start);
-  std::array<Signal, kCircuit> responses;
-  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
-  for (int a = free.front(); a < kCircuit; ++a) {
-    Signal& response = responses[static_cast<std::size_t>(a)];
-    response = adjoint(RotorFed(theta), problem, weighted(columns, free, inverse.row(a)));
-    for (std::size_t k = 0; k < lever.size(); ++k) response[k] = (std::conj(response[k]) * lever[k]).real();
-    for (int b = free.front(); b <= a; ++b) {
-      out(a, b) = product(response, responses[static_cast<std::size_t>(b)]);
-      out(b, a) = out(a, b);
+                                 const RecordColumns& columns, const Normal& inverse) {
+  const FrameRecord& record = problem.record();
+  const std::vector<double> w_r(record.w_r.rbegin(), record.w_r.rend());
+  const SampledMachine<1> machine(theta, record, problem.speeds(), Fed::kRotor);
+  const double per_leakage = 1.0 / theta.L_l;
+  std::array<Side<kCircuit>, kColumns> weight;
+  for (int c = 0; c < kColumns; ++c) {
+    for (int row = 0; row < kCircuit; ++row) {
+      const int at = c < kCircuit ? c : kCircuit + 2 * (c - kCircuit);
+      weight[static_cast<std::size_t>(c)].set(row,
+                                              {inverse(row, at), c < kCircuit ? 0.0 : inverse(row, at + 1)});
     }
   }
+  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
+  run_columns<kCircuit>(
+      machine, w_r, {},
+      [&](std::size_t k, Side<kCircuit>& u) {
+        u = {};
+        for (std::size_t c = 0; c < weight.size(); ++c) {
+          const Complex x = columns.by[c][record.size() - 1 - k];
+          u.re += x.real() * weight[c].re - x.imag() * weight[c].im;
+          u.im -= x.real() * weight[c].im + x.imag() * weight[c].re;
+        }
+      },
+      [&](std::size_t k, const FluxSide<kCircuit>& x) {
+        const Complex lever = std::conj(Complex(0.0, per_leakage) * columns.psi_r[record.size() - 1 - k]);
+        // Re of conj(response) times lever
+        const Eigen::Vector4d y =
+            (lever.real() * (x.s.re - x.r.re) + lever.imag() * (x.s.im - x.r.im)).matrix();
+        out.noalias() += y * y.transpose();
+      });
   return out;
 }
 
 }  // namespace
 
 TransientNoise transient_noise(const RecordProblem& problem, const MachineParameters<double>& theta,
-                               bool fit_R_s, const Noise& declared) {
-  std::vector<SampleRows> rows;
-  rows.reserve(problem.judged());
-  const Linearization here = problem.linearize(theta, &rows);
+                               bool fit_R_s, const Linearization& here, const RecordColumns& columns,
+                               const Noise& declared) {
   std::vector<int> free;
   for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) free.push_back(m);
   free.insert(free.end(), problem.linear_unknowns().begin(), problem.linear_unknowns().end());
@@ -257,35 +230,28 @@ TransientNoise transient_noise(const RecordProblem& problem, const MachineParame
   TransientNoise noise;
   if (!fit_R_s) noise.per_R_s = -(inverse * here.normal.col(0)).head<kCircuit>();
 
-  const BaseMachine<double> machine(theta);
-  const Columns columns = columns_of(problem, rows, free);
-  const auto by_filter = [&](const Signal& column) { return filter_adjoint(problem.record(), column); };
-  const auto by_machine = [&](const Signal& column) { return adjoint(machine, problem, column); };
-  const Normal from_current = products_of(through(columns, free, by_filter), free);
-  const Normal from_voltage = products_of(through(columns, free, by_machine), free);
-
-  const VoltageNoise through_machine = voltage_noise(problem, theta);
-  const CurrentNoise through_filter = current_noise(problem.record());
-  noise.current_gain = through_filter.energy;
-  noise.voltage_gain = through_machine.energy;
-  const double n = 2.0 * static_cast<double>(rows.size() - 1);
-  split(moments_of(rows),
-        {n * through_filter.energy - (inverse * from_current).trace(), n * through_filter.difference},
-        {n * through_machine.energy - (inverse * from_voltage).trace(), n * through_machine.difference},
-        noise);
+  const Normal from_current = through_filter(problem.record(), columns);
+  const Normal from_voltage = through_machine(problem, theta, columns);
+  const VoltageNoise of_voltage = voltage_noise(problem, theta);
+  const CurrentNoise of_current = current_noise(problem.record());
+  noise.current_gain = of_current.energy;
+  noise.voltage_gain = of_voltage.energy;
+  const double n = 2.0 * static_cast<double>(columns.residual.size() - 1);
+  split(moments_of(columns.residual),
+        {n * of_current.energy - (inverse * from_current).trace(), n * of_current.difference},
+        {n * of_voltage.energy - (inverse * from_voltage).trace(), n * of_voltage.difference}, noise);
 
   const Normal both =
       noise.current_A * noise.current_A * from_current + noise.voltage_V * noise.voltage_V * from_voltage;
   noise.covariance = (inverse * both * inverse).topLeftCorner<kCircuit, kCircuit>();
   if (declared.speed_rad_s > 0.0) {
     const double electrical = declared.speed_rad_s * problem.record().pole_pairs;
-    noise.covariance +=
-        electrical * electrical * speed_covariance(problem, theta, here.start, columns, free, inverse);
+    noise.covariance += electrical * electrical * speed_covariance(problem, theta, columns, inverse);
   }
   const double counted =
       declared.voltage_V > 0.0 ? std::min(noise.voltage_V, declared.voltage_V) : noise.voltage_V;
   Unknowns expected = Unknowns::Zero();
-  expected.head<kCircuit>() = 2.0 * counted * counted * through_machine.slope;
+  expected.head<kCircuit>() = 2.0 * counted * counted * of_voltage.slope;
   noise.bias = -(inverse * expected).head<kCircuit>();
   return noise;
 }

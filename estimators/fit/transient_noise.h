@@ -31,8 +31,10 @@ struct TransientNoise {
   Eigen::Vector4d per_R_s = Eigen::Vector4d::Zero();  // d theta / d R_s where R_s is not free
 };
 
-// declared: its speed noise enters; its voltage noise, where given, caps what counts for the bias.
+// here, columns: the problem's at theta. declared: its speed noise enters; its voltage noise, where given,
+// caps what counts for the bias.
 TransientNoise transient_noise(const RecordProblem& problem, const MachineParameters<double>& theta,
-                               bool fit_R_s, const Noise& declared);
+                               bool fit_R_s, const Linearization& here, const RecordColumns& columns,
+                               const Noise& declared);
 
 }  // namespace imrig::est

@@ -14,7 +14,6 @@ namespace {
 
 constexpr int kMostEvaluations = 80;
 constexpr int kMostPolishSteps = 12;
-constexpr double kSettled = 1e-3;  // a step below this part of a standard deviation ends the polishing
 constexpr double kOnBound = 1e-4;  // in ln(theta)
 constexpr double kEdge = 1e-9;     // the same, for NLopt's constraints
 constexpr double kRidge =
@@ -33,15 +32,15 @@ Theta between(const Theta& a, const Theta& b, double share) {
 
 }  // namespace
 
-TransientSearch::TransientSearch(const RecordProblem& quick, const RecordProblem& whole, const Theta& nominal,
-                                 bool fit_R_s)
-    : quick_(quick), whole_(whole), nominal_(as_array(nominal)) {
+TransientSearch::TransientSearch(const RecordProblem& quick, const Theta& nominal, bool fit_R_s)
+    : quick_(quick), nominal_(as_array(nominal)) {
   for (int m = fit_R_s ? 0 : 1; m < kCircuit; ++m) free_.push_back(m);
 }
 
-Linearization TransientSearch::linearize(const RecordProblem& problem, const Theta& theta) {
+Linearization TransientSearch::linearize(const RecordProblem& problem, const Theta& theta,
+                                         RecordColumns* columns) {
   ++evaluations_;
-  return problem.linearize(theta);
+  return problem.linearize(theta, columns);
 }
 
 Theta TransientSearch::at(const double* y) const {
@@ -161,14 +160,15 @@ double TransientSearch::wander(const Theta& theta) const {
   return sum;
 }
 
-TransientSearch::Step TransientSearch::step_from(const Theta& theta, const Linearization& here) const {
+TransientSearch::Step TransientSearch::step_from(const RecordProblem& problem, const Theta& theta,
+                                                 const Linearization& here) const {
   const auto bound = on_bound(theta);
   std::vector<int> moving;
   for (const int m : free_) {
     if (!bound[index(m)]) moving.push_back(m);
   }
-  moving.insert(moving.end(), whole_.linear_unknowns().begin(), whole_.linear_unknowns().end());
-  const double variance = here.error / static_cast<double>(2 * whole_.judged());
+  moving.insert(moving.end(), problem.linear_unknowns().begin(), problem.linear_unknowns().end());
+  const double variance = here.error / static_cast<double>(2 * problem.judged());
   Normal normal = here.normal;
   Unknowns gradient = here.gradient;
   const auto at = as_array(theta);
@@ -189,26 +189,30 @@ TransientSearch::Step TransientSearch::step_from(const Theta& theta, const Linea
   return step;
 }
 
-bool TransientSearch::polish(Theta& theta) {
-  Linearization here = linearize(whole_, theta);
+bool TransientSearch::polish(const RecordProblem& problem, double settled, Theta& theta, Linearization& here,
+                             RecordColumns* columns) {
+  here = linearize(problem, theta, columns);
   for (int count = 0; count < kMostPolishSteps; ++count) {
-    const Step step = step_from(theta, here);
-    if (step.part < kSettled) {
+    const Step step = step_from(problem, theta, here);
+    if (step.part < settled) {
       theta = step.theta;
       return true;
     }
-    const double weight = here.error / static_cast<double>(2 * whole_.judged());
+    const double weight = here.error / static_cast<double>(2 * problem.judged());
     const double before = here.error + weight * wander(theta);
     const auto better = [&](const Theta& at, const Linearization& there) {
       return there.error + weight * wander(at) <= before;
     };
     Theta tried = step.theta;
-    Linearization there = linearize(whole_, tried);
+    Linearization there = linearize(problem, tried, columns);
     for (double length = 0.5; !better(tried, there) && length > 0.01; length *= 0.5) {
       tried = between(theta, step.theta, length);
-      there = linearize(whole_, tried);
+      there = linearize(problem, tried, columns);
     }
-    if (!better(tried, there)) return step.part < 0.05;
+    if (!better(tried, there)) {
+      here = linearize(problem, theta, columns);
+      return step.part < 0.05;
+    }
     theta = tried;
     here = there;
   }

@@ -15,6 +15,8 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr std::size_t kFewestSamples = 16;
+constexpr std::size_t kTurnsAtMost =
+    64;  // by multiplication before the angle is taken anew: rounding stays below 1e-14
 constexpr double kFilterMemory = 8.0;  // time constants until the filter's start is forgotten: exp(-8) = 3e-4
 
 // The longest stretch with the gates on: [begin, end).
@@ -54,14 +56,8 @@ double frame_speed(const TimeSeries& series, std::size_t begin, std::size_t end)
   return turn == Complex(0.0) ? 0.0 : std::arg(turn) / series.sample_time_s;
 }
 
-// tau dy/dt = x - y - j w tau y with x on a straight line between samples, stepped exactly:
-// y[k+1] = decay y[k] + old x[k] + fresh x[k+1].
-struct FilterStep {
-  Complex gain;  // of a constant input
-  Complex decay, old, fresh;
-};
-
-FilterStep filter_step(double tau, double h, double w_k) {
+// tau dy/dt = x - y - j w tau y with x on a straight line between samples, stepped exactly.
+FilterStep step_of(double tau, double h, double w_k) {
   const Complex rate(1.0 / tau, w_k);
   FilterStep f;
   f.gain = 1.0 / (rate * tau);
@@ -86,7 +82,7 @@ void run_filter(std::vector<Complex>& signal, Complex start, const FilterStep& f
 void filter_like_voltage(FrameRecord& record, double tau) {
   record.filter_s = tau;
   record.judged_from = static_cast<std::size_t>(std::ceil(kFilterMemory * tau / record.sample_time_s));
-  const FilterStep f = filter_step(tau, record.sample_time_s, record.w_k);
+  const FilterStep f = step_of(tau, record.sample_time_s, record.w_k);
   const Complex start = record.i.front() * f.gain;
   run_filter(record.i, start, f);
   double power = 0.0;
@@ -100,15 +96,11 @@ Complex FrameRecord::back(std::size_t k) const {
   return std::polar(1.0, w_k * sample_time_s * static_cast<double>(k));
 }
 
-void FrameRecord::filter(std::vector<Complex>& signal) const {
-  if (filter_s <= 0.0 || signal.empty()) return;
-  const FilterStep f = filter_step(filter_s, sample_time_s, w_k);
-  run_filter(signal, f.fresh * signal.front(), f);
-}
+FilterStep FrameRecord::filter_step() const { return step_of(filter_s, sample_time_s, w_k); }
 
 std::vector<Complex> FrameRecord::filter_response() const {
   if (filter_s <= 0.0) return {1.0};
-  const FilterStep f = filter_step(filter_s, sample_time_s, w_k);
+  const FilterStep f = filter_step();
   std::vector<Complex> response{f.fresh, f.decay * f.fresh + f.old};
   while (response.size() < judged_from) response.push_back(f.decay * response.back());
   return response;
@@ -126,11 +118,17 @@ FrameRecord to_frame(const TimeSeries& series, int pole_pairs) {
   record.first = begin;
   record.pole_pairs = pole_pairs;
   record.w_k = frame_speed(series, begin, end);
+  record.v.reserve(end - begin);
+  record.i.reserve(end - begin);
+  record.w_r.reserve(end - begin);
+  const Complex once = std::polar(1.0, -record.w_k * record.sample_time_s);
+  Complex turn = 1.0;
   for (std::size_t k = begin; k < end; ++k) {
-    const Complex turn = std::conj(record.back(k - begin));
+    if ((k - begin) % kTurnsAtMost == 0) turn = std::conj(record.back(k - begin));
     record.v.push_back(series.v[k] * turn);
     record.i.push_back(series.i[k] * turn);
     record.w_r.push_back(pole_pairs * series.speed_rad_s[k]);
+    turn *= once;
   }
   if (series.voltage_filter_s > 0.0) filter_like_voltage(record, series.voltage_filter_s);
   if (record.judged_from + kFewestSamples > record.size())

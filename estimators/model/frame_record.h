@@ -17,6 +17,13 @@
 
 namespace imrig::est {
 
+// One sample of that filter, the input x on a straight line between samples:
+// y[k+1] = decay y[k] + old x[k] + fresh x[k+1].
+struct FilterStep {
+  std::complex<double> gain;  // of a constant input
+  std::complex<double> decay, old, fresh;
+};
+
 struct FrameRecord {
   double sample_time_s = 0.0;
   double w_k = 0.0;                     // speed of the frame, electrical rad/s, signed
@@ -31,9 +38,8 @@ struct FrameRecord {
   std::size_t size() const { return i.size(); }
   // The factor exp(j w_k t_k) that turns a vector of sample k back to the stationary frame.
   std::complex<double> back(std::size_t k) const;
-  // Passes a signal of the frame (one entry per sample) through the matched filter, from rest; nothing
-  // without a filter.
-  void filter(std::vector<std::complex<double>>& signal) const;
+  // The matched filter in the frame; only where there is one.
+  FilterStep filter_step() const;
   // Impulse response of the matched filter in the frame, until it is forgotten; {1} without a filter.
   std::vector<std::complex<double>> filter_response() const;
 };

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "estimators/model/simulate.h"
+#include "estimators/model/sampled_machine.h"
 
 namespace imrig::est {
 
@@ -11,25 +11,29 @@ namespace {
 
 using Complex = std::complex<double>;
 
-std::vector<Complex> currents(const BaseMachine<double>& machine, const FrameRecord& record,
-                              const FluxState<double>& start, int steps, bool driven) {
-  std::vector<Complex> all(record.size());
-  simulate(machine, record, start, steps, driven,
-           [&](std::size_t k, const FluxState<double>& x) { all[k] = plain(machine.current(x)); });
-  return all;
-}
-
 // The parts of the current of a machine that is linear in its state, in the record's frame: what the voltage
 // drives from zero flux, and what 1 Wb of initial stator or rotor flux gives.
 struct LinearResponse {
   std::vector<Complex> driven, by_stator, by_rotor;
 };
 
-LinearResponse linear_response(const MachineParameters<double>& p, const FrameRecord& record, int steps) {
-  const BaseMachine<double> machine(p);
-  return {currents(machine, record, {}, steps, true),
-          currents(machine, record, {Cx<double>(1.0, 0.0), {}}, steps, false),
-          currents(machine, record, {{}, Cx<double>(1.0, 0.0)}, steps, false)};
+LinearResponse linear_response(const MachineParameters<double>& p, const FrameRecord& record) {
+  LinearResponse out;
+  for (auto* part : {&out.driven, &out.by_stator, &out.by_rotor}) part->reserve(record.size());
+  FluxSide<4> x;
+  x.s.set(1, 1.0);
+  x.r.set(2, 1.0);
+  const double per_leakage = 1.0 / p.L_l;
+  run_columns<4>(
+      SampledMachine<1>(p, record, speed_range(record)), record.w_r, x,
+      [&](std::size_t k, Side<4>& u) { u.set(0, record.v[k]); },
+      [&](std::size_t, const FluxSide<4>& flux) {
+        const Side<4> i{per_leakage * (flux.s.re - flux.r.re), per_leakage * (flux.s.im - flux.r.im)};
+        out.driven.push_back(i.at(0));
+        out.by_stator.push_back(i.at(1));
+        out.by_rotor.push_back(i.at(2));
+      });
+  return out;
 }
 
 FluxState<double> best_initial_state(const LinearResponse& response, const FrameRecord& record) {
@@ -51,18 +55,18 @@ FluxState<double> best_initial_state(const LinearResponse& response, const Frame
 CurrentPrediction predict_current(const MachineParameters<double>& p, int pole_pairs,
                                   const TimeSeries& series) {
   const FrameRecord record = to_frame(series, pole_pairs);
-  const int steps = steps_per_sample(p, record);
   CurrentPrediction out;
-  const LinearResponse response = linear_response(p, record, steps);
+  const LinearResponse response = linear_response(p, record);
   out.initial = best_initial_state(response, record);
   out.first_simulated = record.first;
   out.first = record.first + record.judged_from;
   out.noise_gain = record.noise_gain;
   for (std::size_t k = record.judged_from; k < record.size(); ++k) {
-    out.measured.push_back(record.i[k] * record.back(k));
+    const Complex back = record.back(k);
+    out.measured.push_back(record.i[k] * back);
     const Complex predicted = response.driven[k] + response.by_stator[k] * plain(out.initial.psi_s) +
                               response.by_rotor[k] * plain(out.initial.psi_r);
-    out.predicted.push_back(predicted * record.back(k));
+    out.predicted.push_back(predicted * back);
   }
   return out;
 }

@@ -28,6 +28,8 @@ namespace imrig {
 
 namespace {
 
+constexpr std::size_t kNoiseDraws = 200;  // over all records
+
 struct Options {
   std::vector<std::string> data;
   std::string out;
@@ -128,7 +130,9 @@ void judge(est::Model& model, const DataSet& data) {
     if (!(model.*base.place).known()) return;  // a dc test alone makes no model that can be simulated
   }
   try {
-    const est::CompareResult result = est::compare(model, data);
+    est::CompareOptions options;  // the floor of many records needs few draws of noise in each
+    options.noise_draws = static_cast<int>(std::clamp<std::size_t>(kNoiseDraws / std::max<std::size_t>(1, data.records.size()), 1, 8));
+    const est::CompareResult result = est::compare(model, data, options);
     model.history.back().fitted_nrmse = result.fitted.nrmse;
     model.history.back().holdout_nrmse = result.holdout.nrmse;
     model.history.back().floor_nrmse = result.fitted.floor_nrmse;

@@ -6,36 +6,9 @@
 
 #include "estimators/fit/global/driven_motion.h"
 #include "estimators/fit/global/record_terms.h"
+#include "estimators/fit/row_sums.h"
 
 namespace imrig::est {
-
-// Adds rows to normal equations some dozens at a time.
-template <int Columns>
-class RowSums {
- public:
-  using Row = Eigen::Matrix<double, Columns, 1>;
-  void add(const Row& row) {
-    rows_.col(filled_++) = row;
-    if (filled_ == kBatch) flush();
-  }
-  void flush() {
-    if (filled_ == 0) return;
-    sum_.template selfadjointView<Eigen::Lower>().rankUpdate(rows_.leftCols(filled_));
-    filled_ = 0;
-  }
-  Eigen::MatrixXd take() {
-    flush();
-    Eigen::MatrixXd out = sum_.template selfadjointView<Eigen::Lower>();
-    sum_.setZero();
-    return out;
-  }
-
- private:
-  static constexpr int kBatch = 64;
-  Eigen::Matrix<double, Columns, kBatch> rows_ = Eigen::Matrix<double, Columns, kBatch>::Zero();
-  Eigen::MatrixXd sum_ = Eigen::MatrixXd::Zero(Columns, Columns);
-  int filled_ = 0;
-};
 
 template <int N>
 RecordTerms record_terms_n(const DrivenRecord& record, const Whitener& whitener, int steps,
