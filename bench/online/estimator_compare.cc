@@ -10,6 +10,8 @@
 #include "bench/online/estimator_bench.h"
 #include "rig/base/file.h"
 #include "tests/estimators/online/emulated_motor.h"
+#include "tests/estimators/online/fitted_model.h"
+#include "tests/estimators/online/full_plant.h"
 
 namespace imrig::bench {
 
@@ -37,13 +39,18 @@ struct Course {
   double observer_ns = 0.0, joint_ns = 0.0;
 };
 
+est::Model model_of(const std::string& toml, bool full) {
+  const plant::PlantConfig config = plant::parse_plant_config(toml, "bench");
+  return full ? test::fitted_model(config, kF_Hz, kV, 20.0).model : test::true_model(config, kF_Hz, kV, 20.0, 120.0);
+}
+
 // R_r is linear in the cage's temperature: two points of truth serve the whole run.
-Course follow(const std::string& toml, double seconds, double step_s) {
+Course follow(const std::string& toml, const est::Model& model, double seconds, double step_s) {
   est::MotorEstimate now;
   std::optional<est::Estimator> estimator;
   test::EmulatedMotor motor(toml, [&](const est::SampleBlock& b) { estimator->feed(b); });
   est::EstimatorConfig config;
-  config.follower.motor = est::knowledge_of(test::true_model(motor.config(), kF_Hz, kV, 20.0, 120.0));
+  config.follower.motor = est::knowledge_of(model);
   config.follower.settle_s = 0.0;
   Course out;
   std::vector<double> rotor_C;
@@ -61,7 +68,9 @@ Course follow(const std::string& toml, double seconds, double step_s) {
                             config.follower.motor.base.L_m, now.point.steady});
     }
   }
-  const double slip = 0.03, cold = motor.truth(slip, 20.0).secant.R_r_ohm, warm = motor.truth(slip, 120.0).secant.R_r_ohm;
+  // Of the bars, in the proportion in which the model's circuit has them.
+  const double scale = plant::inverse_gamma_truth(motor.config()).R_r_ohm / motor.truth(1e-3, 20.0).R_r_ohm;
+  const double slip = 0.03, cold = scale * motor.truth(slip, 20.0).R_r_ohm, warm = scale * motor.truth(slip, 120.0).R_r_ohm;
   for (std::size_t k = 0; k < rotor_C.size(); ++k) out.points[k].truth = cold + (warm - cold) * (rotor_C[k] - 20.0) / 100.0;
   return out;
 }
@@ -97,7 +106,7 @@ double lag_s(const std::vector<Point>& p, double Point::*found) {
 }
 
 // Core time a sample with one of both on.
-double cost_ns(const std::string& toml, bool observe, bool joint) {
+double cost_ns(const std::string& toml, const est::Model& model, bool observe, bool joint) {
   std::vector<est::SampleBlock> blocks;
   std::vector<std::vector<std::int16_t>> counts;
   est::FollowerConfig config;
@@ -110,7 +119,7 @@ double cost_ns(const std::string& toml, bool observe, bool joint) {
     seconds += core_s() - start;
     samples += static_cast<std::int64_t>(b.size());
   });
-  config.motor = est::knowledge_of(test::true_model(motor.config(), kF_Hz, kV, 20.0, 120.0));
+  config.motor = est::knowledge_of(model);
   config.observe = observe;
   config.joint = joint;
   config.simulate = false;
@@ -123,10 +132,9 @@ double cost_ns(const std::string& toml, bool observe, bool joint) {
   return 1e9 * seconds / static_cast<double>(samples);
 }
 
-}  // namespace
-
-void compare_estimators(const std::string& root) {
-  const Course slow = follow(warming(root, 230.0), 120.0, 4.0), quick = follow(warming(root, 30.0), 30.0, 100.0);
+void compare_on(const char* name, const std::string& toml, const std::string& quick_toml, bool full) {
+  const est::Model model = model_of(toml, full);
+  const Course slow = follow(toml, model, 120.0, 4.0), quick = follow(quick_toml, model, 30.0, 100.0);
   Error observer, joint, observer_moving, joint_moving, R_s, L_m;
   for (const Point& p : slow.points) {
     if (p.t_s < 12.0) continue;  // the joint filter begins 30 % in doubt
@@ -135,15 +143,23 @@ void compare_estimators(const std::string& root) {
     R_s.take(p.joint_R_s, p.R_s);
     L_m.take(p.joint_L_m, p.L_m);
   }
-  const double nothing = cost_ns(warming(root, 230.0), false, false);
-  fmt::print("{:<34}{:>22}{:>22}\n", "", "observer", "joint filter");
+  const double nothing = cost_ns(toml, model, false, false);
+  fmt::print("{:<34}{:>22}{:>22}\n", name, "observer", "joint filter");
   fmt::print("{:<34}{:>22}{:>22}   rms / worst, {} windows\n", "R_r, steady", observer.text(), joint.text(), observer.n);
   fmt::print("{:<34}{:>22}{:>22}   {} windows\n", "R_r, while the load moves", observer_moving.text(), joint_moving.text(), observer_moving.n);
   fmt::print("{:<34}{:>22}{:>22}\n", "R_s", "given", R_s.text());
   fmt::print("{:<34}{:>22}{:>22}\n", "L_m", "given", L_m.text());
   fmt::print("{:<34}{:>20.1f} s{:>20.1f} s   rotor warming by several K/s\n", "lag of R_r", lag_s(quick.points, &Point::observer), lag_s(quick.points, &Point::joint));
-  fmt::print("{:<34}{:>19.0f} ns{:>19.0f} ns   of one core a sample, beside {:.0f} ns for both\n", "cost", cost_ns(warming(root, 230.0), true, false) - nothing,
-             cost_ns(warming(root, 230.0), false, true) - nothing, nothing);
+  fmt::print("{:<34}{:>19.0f} ns{:>19.0f} ns   of one core a sample, beside {:.0f} ns for both\n\n", "cost", cost_ns(toml, model, true, false) - nothing,
+             cost_ns(toml, model, false, true) - nothing, nothing);
+}
+
+}  // namespace
+
+void compare_estimators(const std::string& root) {
+  compare_on("linear motor", warming(root, 230.0), warming(root, 30.0), false);
+  const std::string full = test::full_plant(root, 1);
+  compare_on("motor with all effects", full, test::exchanged_text(full, {{"rotor_J_per_K = 230.0", "rotor_J_per_K = 30.0"}}), true);
 }
 
 }  // namespace imrig::bench

@@ -13,7 +13,7 @@ std::array<double, 4> listed(const MachineParameters<double>& p) { return {p.R_s
 
 }  // namespace
 
-JointFilter::JointFilter(const JointFilterConfig& config) : config_(config) { reset(1.0); }
+JointFilter::JointFilter(const JointFilterConfig& config) : config_(config), iron_(config.iron) { reset(1.0); }
 
 void JointFilter::reset(double flux_sigma_Wb) {
   const auto start = listed(config_.start), sigma = listed(config_.sigma);
@@ -37,13 +37,19 @@ void JointFilter::lose_flux(double flux_sigma_Wb) {
   count_ = 0;
 }
 
+FluxState<double> JointFilter::derivative(const FluxState<double>& x, Complex v, double w_r) const {
+  if (!config_.iron.any()) return BaseMachine<double>(p_).derivative(x, v, w_r, 0.0);
+  const Complex r = plain(x.psi_r);
+  const IronCircuit::Currents i = iron_.currents(p_, plain(x.psi_s), r, v, w_r);
+  return {Cx<double>(v - p_.R_s * i.stator), Cx<double>(p_.R_r * i.rotor + Complex(0.0, w_r) * r)};
+}
+
 // Heun's rule on a straight line of the voltage.
 void JointFilter::step(std::complex<double> v, double w_r, double h) {
-  const BaseMachine<double> machine(p_);
-  const FluxState<double> x{{x_[0], x_[1]}, {x_[2], x_[3]}};
-  const FluxState<double> a = machine.derivative(x, v_, w_r_, 0.0);
+  const FluxState<double> x{Cx<double>(psi_s()), Cx<double>(psi_r())};
+  const FluxState<double> a = derivative(x, v_, w_r_);
   const FluxState<double> there{x.psi_s + scaled(h, a.psi_s), x.psi_r + scaled(h, a.psi_r)};
-  const FluxState<double> b = machine.derivative(there, v, w_r, 0.0);
+  const FluxState<double> b = derivative(there, v, w_r);
   const double half = 0.5 * h;
   x_[0] += half * (a.psi_s.re + b.psi_s.re);
   x_[1] += half * (a.psi_s.im + b.psi_s.im);
@@ -52,10 +58,12 @@ void JointFilter::step(std::complex<double> v, double w_r, double h) {
 }
 
 Eigen::Matrix4d JointFilter::slopes() const {
-  const Eigen::Vector2d i = (x_.head<2>() - x_.segment<2>(2)) / p_.L_l, i_m = x_.segment<2>(2) / p_.L_m;
+  const IronCircuit::Currents all = currents();
+  const auto pair = [](Complex z) { return Eigen::Vector2d(z.real(), z.imag()); };
+  const Eigen::Vector2d i = (x_.head<2>() - x_.segment<2>(2)) / p_.L_l, i_m = pair(all.magnetizing);
   Eigen::Matrix4d g = Eigen::Matrix4d::Zero();
-  g.block<2, 1>(0, 0) = -p_.R_s * i;
-  g.block<2, 1>(2, 1) = p_.R_r * (i - i_m);
+  g.block<2, 1>(0, 0) = -p_.R_s * pair(all.stator);
+  g.block<2, 1>(2, 1) = p_.R_r * pair(all.rotor);
   g.block<2, 1>(0, 2) = p_.R_s * i;
   g.block<2, 1>(2, 2) = -p_.R_r * i;
   g.block<2, 1>(2, 3) = p_.R_r * i_m;
@@ -89,7 +97,8 @@ void JointFilter::spread(double w_r, double t) {
 void JointFilter::correct(std::complex<double> measured) {
   const double per_L = 1.0 / p_.L_l;
   const Eigen::Vector2d i = (x_.head<2>() - x_.segment<2>(2)) * per_L;
-  const Eigen::Vector2d miss(measured.real() - i[0], measured.imag() - i[1]);
+  const Complex drawn = currents().stator;
+  const Eigen::Vector2d miss(measured.real() - drawn.real(), measured.imag() - drawn.imag());
   // H = [1/L_l, -1/L_l, 0, 0, -i, 0]
   const Eigen::Matrix<double, 8, 2> PH =
       per_L * (P_.leftCols<2>() - P_.middleCols<2>(2)) - P_.col(6) * i.transpose();
@@ -126,6 +135,7 @@ void JointFilter::take(std::complex<double> v, std::complex<double> i, double w_
   v_ = v;
   w_r_ = w_r;
   if (count_ < kStride) return;
+  if (config_.iron.any()) iron_.settle(psi_s(), psi_r(), w_r);
   spread(w_sum_ / kStride, kStride * h);
   correct(i);
   count_ = 0;

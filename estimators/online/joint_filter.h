@@ -5,7 +5,8 @@
 // The mean goes from sample to sample by Heun's rule; the covariance every kStride samples, with
 //   Phi = exp(A kStride h) to fourth order,  dx/dtheta = kStride h (Phi g_0 + g_1)/2,  g = df/dtheta
 // A prior sigma of 0 fixes a parameter. Beside the paper's observer it needs no steady state, and it says how well
-// it knows; it neglects iron loss and saturation and takes the current's noise as white.
+// it knows. Saturation and iron loss come from the model and go into the mean and the slopes of the parameters
+// (iron_circuit.h); Phi, the covariance's, is that of the linear circuit. The current's noise is taken as white.
 // Source: Salvatore, Stasi and Tarchioni 1993 (IEEE Trans. Ind. Electron. 40) for the principle; here in flux states.
 
 #include <Eigen/Core>
@@ -13,6 +14,7 @@
 #include <complex>
 
 #include "estimators/model/base_machine.h"
+#include "estimators/online/iron_circuit.h"
 
 namespace imrig::est {
 
@@ -20,6 +22,7 @@ struct JointFilterConfig {
   MachineParameters<double> start;
   MachineParameters<double> sigma;       // prior, relative
   MachineParameters<double> drift;       // relative, per square root of a second
+  IronConfig iron;
   // Per component, of what take() is given. Well above the converters' noise: unequal gains and what the circuit
   // leaves out do not average away, and a filter that trusts each sample takes them for resistances.
   double current_noise_A = 0.3;
@@ -50,12 +53,18 @@ class JointFilter {
  private:
   using State = Eigen::Matrix<double, 8, 1>;
   using Square = Eigen::Matrix<double, 8, 8>;
+  using Complex = std::complex<double>;
+  Complex psi_s() const { return {x_[0], x_[1]}; }
+  Complex psi_r() const { return {x_[2], x_[3]}; }
+  IronCircuit::Currents currents() const { return iron_.currents(p_, psi_s(), psi_r(), v_, w_r_); }
+  FluxState<double> derivative(const FluxState<double>& x, Complex v, double w_r) const;
   void step(std::complex<double> v, double w_r, double h);
   Eigen::Matrix4d slopes() const;  // df/dtheta, rows psi_s, psi_r, columns R_s, R_r, L_l, L_m
   void spread(double w_r, double h);
   void correct(std::complex<double> i);
 
   JointFilterConfig config_;
+  IronCircuit iron_;
   State x_ = State::Zero();
   Square P_ = Square::Zero();
   MachineParameters<double> p_;  // exp of the state's

@@ -19,6 +19,7 @@ JointFilterConfig joint_config(const MotorKnowledge& motor) {
   // The doubt covers temperature: both resistances may be 40 % up.
   c.sigma = {0.2, 0.3, 0.0, std::max(0.1, motor.sigma.L_m)};
   c.drift = {0.002, 0.005, 0.0, 0.005};
+  c.iron = {motor.saturation, motor.eddy_S, motor.hysteresis_S_rad_s, motor.iron_place};
   return c;
 }
 

@@ -9,27 +9,16 @@
 #include "tests/e2e/command.h"
 #include "tests/estimators/online/emulated_motor.h"
 #include "tests/estimators/online/fitted_model.h"
+#include "tests/estimators/online/full_plant.h"
 
 namespace imrig::est {
 namespace {
 
 using test::EmulatedMotor;
 
-using Exchange = std::vector<std::pair<std::string, std::string>>;
-
-std::string plant_text(const std::string& file, const Exchange& exchange) {
-  std::string toml = read_text(test::source(file));
-  for (const auto& [from, to] : exchange) {
-    const std::size_t at = toml.find(from);
-    if (at == std::string::npos) throw std::runtime_error(file + " has no " + from);
-    toml.replace(at, from.size(), to);
-  }
-  return toml;
-}
-
 // Deep bars and heat alone.
 std::string warming_plant(int seed) {
-  std::string toml = plant_text("models/plants/proca_5hp.toml", {{"\"sundials\"", "\"rk4\""}});
+  std::string toml = test::exchanged(test::source("models/plants/proca_5hp.toml"), {{"\"sundials\"", "\"rk4\""}});
   const auto set = [&](const std::string& from, const std::string& to) { toml.replace(toml.find(from), from.size(), to); };
   set("seed = 1", "seed = " + std::to_string(seed));
   return toml + R"(
@@ -48,16 +37,6 @@ bar_height_m = 0.03
 resistivity_ohm_m = 2.83e-8
 bar_fraction = 0.6
 )";
-}
-
-// Saturation of main flux and leakage, deep bars, heat, iron, stray and windage losses, dead time; a cage that warms within
-// minutes.
-std::string full_plant(int seed) {
-  return plant_text("models/plants/proca_5hp_full.toml", {{"seed = 1", "seed = " + std::to_string(seed)},
-                                                          {"rotor_J_per_K = 1500.0", "rotor_J_per_K = 230.0"},
-                                                          {"rotor_iron_W_per_K = 10.0", "rotor_iron_W_per_K = 0.2"},
-                                                          {"ambient_C = 25.0", "ambient_C = 20.0"},
-                                                          {"reference_C = 25.0", "reference_C = 20.0"}});
 }
 
 EstimatorConfig config_of(const Model& model) {
@@ -165,7 +144,7 @@ TEST_P(Tracking, FollowsARotorThatWarmsFrom20To120DegreesUnderChangingLoad) {
 
 TEST_P(Tracking, FollowsItOnAMotorThatSaturatesAndLosesPowerInItsIron) {
   Case one;
-  one.toml = full_plant(GetParam());
+  one.toml = test::full_plant(test::source("."), GetParam());
   const test::FittedModel fitted = test::fitted_model(plant::parse_plant_config(one.toml, "test"), 60.0, 180.0, 20.0);
   fmt::print("model fitted to {} points of truth within {:.2f} % of the current, rms\n", fitted.points, 100 * fitted.rms_share);
   EXPECT_LT(fitted.rms_share, 0.002);
