@@ -19,12 +19,6 @@ namespace imrig::test {
 
 namespace {
 
-std::string program(const std::string& name) {
-  if (name.find('/') != std::string::npos) return name;
-  const std::string built = std::string(IMRIG_BIN_DIR) + "/" + name;
-  return std::filesystem::exists(built) ? built : name;
-}
-
 int spawn(const std::vector<std::string>& argv, int out, int err) {
   std::vector<std::string> words = argv;
   words[0] = program(words[0]);
@@ -60,6 +54,12 @@ int free_port(int type) {
 }
 
 }  // namespace
+
+std::string program(const std::string& name) {
+  if (name.find('/') != std::string::npos) return name;
+  const std::string built = std::string(IMRIG_BIN_DIR) + "/" + name;
+  return std::filesystem::exists(built) ? built : name;
+}
 
 Outcome run(const std::vector<std::string>& argv, int timeout_s) {
   int out[2];

@@ -12,7 +12,10 @@ struct Outcome {
   std::string err;
 };
 
-// argv[0] without a slash is looked up among the built programs first, then in PATH. Ends the command after timeout_s.
+// A name without a slash becomes the path of the program built here, where there is one.
+std::string program(const std::string& name);
+
+// argv[0] as program() has it, then from PATH. Ends the command after timeout_s.
 Outcome run(const std::vector<std::string>& argv, int timeout_s = 300);
 
 // A background process that is stopped (SIGTERM, then SIGKILL) when this goes out of scope.

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <imrig_msg/motor_estimate_t.hpp>
 #include <imrig_msg/samples_t.hpp>
 
 #include "rig/base/file.h"
@@ -45,6 +46,48 @@ TEST(WholeRun, CampaignsLogReplaysToItsLiveEstimates) {
                                 source("models/plants/proca_5hp.toml"), "--pace", "max", "--out", out});
   ASSERT_EQ(campaign.exit_code, 0) << campaign.out << campaign.err;
   expect_live_equals_replay(folder, out + "/log-000.lcm", out + "/rig.toml");
+}
+
+// Tones at standstill: while they run, every message brings the four parameters, ever better known.
+TEST(WholeRun, StandstillEstimatesArePublishedWhileTheirProfileRuns) {
+  const Folder folder;
+  const std::string out = folder / "campaign";
+  const Outcome campaign = run({"imrig", "campaign", "run", source("campaigns/standstill_slow.toml"), "--emulate",
+                                source("models/plants/proca_5hp.toml"), "--pace", "max", "--out", out});
+  ASSERT_EQ(campaign.exit_code, 0) << campaign.out << campaign.err;
+  using imrig_msg::motor_estimate_t;
+  std::int64_t from = -1, to = -1;  // samples of the record
+  std::vector<motor_estimate_t> during;
+  EventLogReader reader(out + "/log-000.lcm");
+  LogEvent event;
+  while (reader.next(event)) {
+    if (event.channel.ends_with("_SAMPLES")) {
+      const auto block = guarded_decode<imrig_msg::samples_t>(event.data);
+      ASSERT_TRUE(block);
+      if (block->record == 0) continue;
+      if (from < 0) from = block->first_index;
+      to = block->first_index + block->n;
+    }
+    if (!event.channel.ends_with(std::string("_") + channel::kMotorEstimate)) continue;
+    const auto e = guarded_decode<motor_estimate_t>(event.data);
+    ASSERT_TRUE(e);
+    if (e->standstill == motor_estimate_t::TONES && e->last_index < to) during.push_back(*e);
+  }
+  const auto span_s = [](std::int64_t samples) { return static_cast<double>(samples) * 60e-6; };
+  ASSERT_GT(static_cast<double>(during.size()), 1.5 * span_s(to - from)) << "one every half second at least";
+  EXPECT_LT(span_s(to - during.back().last_index), 1.0) << "up to the end";
+  const motor_estimate_t& last = during.back();
+  const struct {
+    const imrig_msg::quantity_t* q;
+    double truth;
+  } found[] = {{&last.standstill_R_s_ohm, 0.39}, {&last.standstill_R_r_ohm, 0.22}, {&last.standstill_L_l_H, 0.006}, {&last.standstill_L_m_H, 0.068}};
+  for (const auto& [q, truth] : found) {
+    EXPECT_NEAR(q->value, truth, 0.02 * truth);
+    EXPECT_LT(q->low, truth);
+    EXPECT_GT(q->high, truth);
+  }
+  const auto width = [](const imrig_msg::quantity_t& q) { return q.high - q.low; };
+  EXPECT_LT(width(last.standstill_L_m_H), 0.5 * width(during[during.size() / 4].standstill_L_m_H));
 }
 
 TEST(WholeRun, LogOfImrigUpReplaysToItsLiveEstimates) {
