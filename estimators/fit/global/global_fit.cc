@@ -11,7 +11,7 @@ namespace imrig::est {
 
 namespace {
 
-constexpr double kBent = 3.0;  // rise of chi2 over its forecast, and beside it
+constexpr double kBent = 3.0;    // rise of chi2 over its forecast, and beside it
 constexpr double kFlat = 1e-11;  // eigenvalue of the scaled normal matrix that is no information
 
 using Indices = std::vector<Eigen::Index>;
@@ -180,6 +180,12 @@ GlobalFit fit_global(const GlobalProblem& problem, const GlobalPoint& start, con
   for (int round = 0; round < options.most_rounds && std::isfinite(terms.chi2); ++round) {
     const Indices rows = movable(fit.at, free, terms.gradient);
     const Eigen::VectorXd step = step_of(terms, rows, damping);
+    // A gain that the linearisation forecasts as far too small for another step is not asked for.
+    const double forecast = -step.dot(terms.gradient);
+    if (round > 0 && damping < 1e-3 && forecast < 0.1 * (options.tolerance * terms.chi2 + options.enough)) {
+      fit.converged = true;
+      break;
+    }
     GlobalPoint next = moved(fit.at, free, step);
     follow(problem, terms, free, which, fit.at, next);
     GlobalTerms there = problem.evaluate(next, free, which, options.priors);

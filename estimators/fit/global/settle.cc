@@ -12,6 +12,8 @@ namespace imrig::est {
 namespace {
 
 constexpr int kMostRounds = 25;
+constexpr double kEnough = 1e-6, kEnoughAbsolute = 1e-3;  // of chi2: a step that wins less is the last
+constexpr double kTurning_rad_s = 30.0;                   // field below which a voltage tells no flux
 
 void add_priors(const std::vector<std::size_t>& free, const LocalVector<double>& x, RecordTerms& terms) {
   for (std::size_t m = 0; m < free.size(); ++m) {
@@ -25,20 +27,38 @@ void add_priors(const std::vector<std::size_t>& free, const LocalVector<double>&
   }
 }
 
-LocalVector<double> moved(const LocalVector<double>& from, const std::vector<std::size_t>& free,
-                          const RecordTerms& terms, double damping) {
+// Gauss and Newton's step, and what it promises to take from chi2.
+struct Move {
+  LocalVector<double> to;
+  double promise = 0.0;
+};
+
+Move move_of(const LocalVector<double>& from, const std::vector<std::size_t>& free, const RecordTerms& terms,
+             double damping) {
   Eigen::MatrixXd D = terms.normal;
   D.diagonal() *= 1.0 + damping + 1e-12;
   D.diagonal().array() += 1e-12;
   const Eigen::VectorXd step = D.ldlt().solve(terms.gradient);
-  LocalVector<double> to = from;
+  Move out{from, step.dot(terms.gradient)};
   for (std::size_t m = 0; m < free.size(); ++m) {
-    to[free[m]] -= step[static_cast<Eigen::Index>(m)];
+    double& x = out.to[free[m]];
+    x -= step[static_cast<Eigen::Index>(m)];
     if (free[m] < kStates) continue;
     const EffectParameter& p = local_parameter(free[m]);
-    to[free[m]] = std::clamp(to[free[m]], p.low, p.high);
+    x = std::clamp(x, p.low, p.high);
   }
-  return to;
+  return out;
+}
+
+// Fluxes that were never estimated start from those of a steady state at the first sample.
+void guess_fluxes(const FrameRecord& frame, const SharedVector<double>& shared, LocalVector<double>& local) {
+  if (std::any_of(local.begin(), local.begin() + kStates, [](double x) { return x != 0.0; })) return;
+  if (std::abs(frame.w_k) < kTurning_rad_s || frame.size() == 0) return;
+  const std::complex<double> stator =
+      (frame.v[0] - shared[0] * frame.i[0]) / std::complex<double>(0.0, frame.w_k);
+  const std::complex<double> rotor = stator - shared[2] * frame.i[0];
+  local[0] = stator.real(), local[1] = stator.imag();
+  local[2] = rotor.real(), local[3] = rotor.imag();
 }
 
 }  // namespace
@@ -50,6 +70,7 @@ double local_prior_sigma(std::size_t entry) {
 void settle_record(const DrivenRecord& record, const Whitener& whitener, int steps,
                    const SharedVector<double>& shared, const std::vector<std::size_t>& free,
                    LocalVector<double>& local) {
+  guess_fluxes(record.frame, shared, local);
   LocalVector<double> x = local;
   RecordTerms best;
   best.chi2 = std::numeric_limits<double>::infinity();
@@ -57,18 +78,22 @@ void settle_record(const DrivenRecord& record, const Whitener& whitener, int ste
   for (int round = 0; round < kMostRounds; ++round) {
     RecordTerms terms = record_terms(record, whitener, steps, shared, x, {{}, free});
     add_priors(free, x, terms);
-    const bool better = std::isfinite(terms.chi2) && terms.chi2 < best.chi2;
-    const bool settled = better && best.chi2 - terms.chi2 < 1e-6 * terms.chi2 + 1e-3;
-    if (better) {
+    if (std::isfinite(terms.chi2) && terms.chi2 < best.chi2) {
+      const double won = best.chi2 - terms.chi2;
       best = std::move(terms);
       local = x;
       damping = damping < 1e-5 ? 0.0 : 0.1 * damping;
+      if (won < kEnough * best.chi2 + kEnoughAbsolute) return;
     } else {
       if (best.gradient.size() == 0 || damping > 1e6) return;
       damping = damping == 0.0 ? 1e-3 : 10.0 * damping;
     }
-    if (settled) return;
-    x = moved(local, free, best, damping);
+    const Move next = move_of(local, free, best, damping);
+    x = next.to;
+    if (damping == 0.0 && next.promise < kEnough * best.chi2 + kEnoughAbsolute) {
+      local = x;
+      return;
+    }
   }
 }
 
