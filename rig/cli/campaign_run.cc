@@ -202,7 +202,7 @@ class Campaign {
 
   RunnerConfig runner_config(std::vector<CheckedPoint> left, const RigProcesses& rig) const {
     RunnerConfig c;
-    c.rig = rig_;
+    c.rig = rig.rig();  // with the times that its processes wait
     c.plan = plan_;
     c.config_hash =
         static_cast<std::int64_t>(fnv1a64(fmt::format("{:x} {:x}", plan_.hash, measurement_hash(rig_))));

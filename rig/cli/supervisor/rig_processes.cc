@@ -5,6 +5,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 
@@ -13,6 +15,15 @@ namespace imrig {
 namespace {
 
 constexpr int kReady_ms = 20'000;
+
+// A rig of its own beyond real time: nothing turns that a watchdog could save, and a host under full load may leave
+// one of its processes waiting for longer than hardware should.
+void wait_longer(LimitsConfig& limits) {
+  limits.device_watchdog_ms = std::max(limits.device_watchdog_ms, 2000);
+  limits.link_silence_ms = std::max(limits.link_silence_ms, 5000);
+  limits.lease_ms = std::max(limits.lease_ms, 5000);
+  limits.peer_silence_ms = std::max(limits.peer_silence_ms, 5000);
+}
 
 // Value of "key=value" in a ready line.
 std::string word_after(const std::string& line, const std::string& key) {
@@ -51,9 +62,11 @@ RigProcesses::RigProcesses(RigRequest request, const std::function<bool()>& give
 RigProcesses::~RigProcesses() { stop(); }
 
 void RigProcesses::start_all(const std::function<bool()>& give_up) {
-  if (request_.private_ports)
+  if (request_.private_ports) {
     request_.rig.bus.url =
         fmt::format("udpm://239.255.76.77:{}?ttl=0&recv_buf_size=4194304", free_udp_port());
+    if (request_.pace != "realtime") wait_longer(request_.rig.limits);
+  }
   if (!request_.plant_path.empty()) start_emulator(give_up);
   if (request_.rig_path.empty()) {
     request_.rig_path = request_.rig_copy;

@@ -15,6 +15,7 @@
 namespace imrig {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -45,9 +46,10 @@ class RigProcessesTest : public ::testing::Test {
 
 TEST_F(RigProcessesTest, AllStartOnPortsOfTheirOwnAndStopByThemselves) {
   RigProcesses rig(request());
-  ASSERT_EQ(rig.children().size(), 5u);
-  EXPECT_EQ(rig.children().front()->name(), "imrig-emulator");
-  EXPECT_EQ(rig.children().back()->name(), "imrig-estimator");
+  std::vector<std::string> names;
+  for (const auto& child : rig.children()) names.push_back(child->name());
+  EXPECT_THAT(names, ElementsAre("imrig-emulator", "imrig-recorder", "imrig-estimator", "imrig-bridge", "imrig-dyno"))
+      << "who reads the samples is there before who publishes them";
   const RigConfig written = load_rig_config(rig.rig_path());
   EXPECT_EQ(written.bridge.link, rig.rig().bridge.link);
   EXPECT_NE(written.bridge.link, RigConfig{}.bridge.link);
@@ -59,9 +61,21 @@ TEST_F(RigProcessesTest, AllStartOnPortsOfTheirOwnAndStopByThemselves) {
     EXPECT_EQ(child->exit_code(), 0) << child->name() << ": " << child->last_words();
 }
 
+TEST_F(RigProcessesTest, BeyondRealTimeAnEmulatedRigOfItsOwnWaitsLongerAndHardwareNever) {
+  const LimitsConfig usual;
+  EXPECT_EQ(RigProcesses(request()).rig().limits.device_watchdog_ms, usual.device_watchdog_ms);
+  test::Folder other;
+  RigRequest fast = request();
+  fast.pace = "max";
+  fast.folder = other.path();
+  fast.rig_copy = other / "rig.toml";
+  fast.recorder_out = other / "rig.lcm";
+  EXPECT_EQ(RigProcesses(fast).rig().limits.device_watchdog_ms, 2000);
+}
+
 TEST_F(RigProcessesTest, FallenProcessIsNamed) {
   RigProcesses rig(request());
-  ::kill(rig.children()[2]->pid(), SIGKILL);
+  ::kill(rig.pid_of("imrig-dyno"), SIGKILL);
   EXPECT_TRUE(test::wait_until([&] { return !rig.fallen().empty(); }));
   EXPECT_THAT(rig.fallen(), HasSubstr("imrig-dyno ended with code 137"));
 }
