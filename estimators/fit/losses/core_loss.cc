@@ -23,7 +23,17 @@ constexpr double kSlipPart = 1e-2;   // likewise of the torque that the slip say
 constexpr double kFloor_W = 0.1;
 constexpr std::array<double, 5> kFluxExponents{1.6, 1.8, 2.0, 2.2, 2.4};
 constexpr std::array<double, 3> kDragExponents{1.0, 1.5, 2.0};
-enum Column : Eigen::Index { kHysteresis, kEddy, kCoulomb, kViscous, kWindage, kDrag, kConductance, kColumns };
+constexpr std::array<double, 5> kRiseExponents{2.0, 2.5, 3.0, 3.5, 4.0};
+enum Column : Eigen::Index {
+  kHysteresis,
+  kEddy,
+  kCoulomb,
+  kViscous,
+  kWindage,
+  kDrag,
+  kConductance,
+  kColumns
+};
 
 double shaft_rad_s(const NoLoadPoint& p, int pole_pairs) { return (p.w_e - p.w_s) / pole_pairs; }
 
@@ -40,7 +50,7 @@ Rows rows_of(const std::vector<NoLoadPoint>& points, int pole_pairs, const CoreL
   for (Eigen::Index k = 0; k < n; ++k) {
     const NoLoadPoint& p = points[static_cast<std::size_t>(k)];
     const double w_M = shaft_rad_s(p, pole_pairs), synchronous = p.w_e / pole_pairs;
-    const double w = p.w_e / law.w_0, psi = p.psi_r_Wb / law.psi_0;
+    const double w = p.w_e / law.w_0, psi = law.iron_share(p.psi_r_Wb);
     Eigen::RowVectorXd torque = Eigen::RowVectorXd::Zero(kColumns);
     torque[kCoulomb] = synchronous;
     torque[kViscous] = synchronous * w_M;
@@ -56,7 +66,8 @@ Rows rows_of(const std::vector<NoLoadPoint>& points, int pole_pairs, const CoreL
     rows.A(2 * k + 1, kConductance) = -per_slip * p.w_s;
     // In watts of air-gap power, with a typical R_r such that the power's own size sets the scale.
     const double watts_per_slip = p.w_s != 0.0 ? p.P_rotor_W / std::abs(p.w_s) : 0.0;
-    rows.sigma[2 * k + 1] = std::hypot(kFloor_W, std::hypot(kSlipPart * p.P_rotor_W, watts_per_slip * p.slip_sigma));
+    rows.sigma[2 * k + 1] =
+        std::hypot(kFloor_W, std::hypot(kSlipPart * p.P_rotor_W, watts_per_slip * p.slip_sigma));
     rows.cluster.insert(rows.cluster.end(), 2, static_cast<std::size_t>(k));
   }
   return rows;
@@ -117,6 +128,23 @@ void take(CoreLossLaw& law, const Solution& s, std::size_t records) {
   if (g > half) law.R_r = {1.0 / g, 1.0 / (g + half), 1.0 / (g - half), "ohm", law.drag.found};
 }
 
+// 1/kappa = 1 + g (psi/psi_0)^n.
+void fit_rise(const std::vector<NoLoadPoint>& points, CoreLossLaw& law) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const double n : kRiseExponents) {
+    double xx = 0.0, xy = 0.0, yy = 0.0;
+    for (const auto& p : points) {
+      const double x = std::pow(p.psi_r_Wb / law.psi_0, n), y = 1.0 / p.kappa - 1.0;
+      xx += x * x, xy += x * y, yy += y * y;
+    }
+    const double g = std::max(0.0, xy / xx), left = yy - 2.0 * g * xy + g * g * xx;
+    if (!(left < least)) continue;
+    least = left;
+    law.rise = g;
+    law.rise_exponent = n;
+  }
+}
+
 std::optional<CoreLossLaw> physical_fit(const std::vector<NoLoadPoint>& points, int pole_pairs) {
   CoreLossLaw law;
   law.synchronous_per_w_e = 1.0 / pole_pairs;
@@ -124,6 +152,7 @@ std::optional<CoreLossLaw> physical_fit(const std::vector<NoLoadPoint>& points, 
     law.w_0 = std::max(law.w_0 == 1.0 ? 0.0 : law.w_0, p.w_e);
     law.psi_0 = std::max(law.psi_0 == 1.0 ? 0.0 : law.psi_0, p.psi_r_Wb);
   }
+  fit_rise(points, law);
   double least = std::numeric_limits<double>::infinity();
   std::optional<CoreLossLaw> best;
   for (const double a : kFluxExponents) {
@@ -170,7 +199,8 @@ HeldOut held_out(const std::vector<NoLoadPoint>& points, int pole_pairs) {
     }
   }
   const double n = static_cast<double>(points.size());
-  return {std::sqrt(network2 / n), std::sqrt(physics2 / n), std::sqrt(network_part2 / n), std::sqrt(physics_part2 / n)};
+  return {std::sqrt(network2 / n), std::sqrt(physics2 / n), std::sqrt(network_part2 / n),
+          std::sqrt(physics_part2 / n)};
 }
 
 // (20) over the points whose core loss stands out of the map, and its network.
@@ -178,7 +208,8 @@ void map_R_c(CoreLossResult& out) {
   std::vector<std::array<double, 3>> rows;
   for (const auto& p : out.points) {
     const double core = p.P_rotor_W - out.network.at(0.0, p.w_e);
-    if (core > 0.02 * p.P_rotor_W) rows.push_back({p.psi_r_Wb, p.w_e, 1.5 * std::pow(p.w_e * p.psi_r_Wb, 2) / core});
+    if (core > 0.02 * p.P_rotor_W)
+      rows.push_back({p.psi_r_Wb, p.w_e, 1.5 * std::pow(p.w_e * p.psi_r_Wb, 2) / core});
   }
   if (rows.size() < kFewestPoints) return;
   Eigen::MatrixXd x(static_cast<Eigen::Index>(rows.size()), 2);
@@ -194,7 +225,8 @@ void map_R_c(CoreLossResult& out) {
 
 std::string unfit(const std::vector<NoLoadPoint>& points) {
   if (points.size() < kFewestPoints)
-    return fmt::format("{} steady no-load records; {} over frequency and voltage are needed", points.size(), kFewestPoints);
+    return fmt::format("{} steady no-load records; {} over frequency and voltage are needed", points.size(),
+                       kFewestPoints);
   std::set<long> frequencies;
   double low = std::numeric_limits<double>::infinity(), high = 0.0;
   for (const auto& p : points) {
@@ -202,7 +234,8 @@ std::string unfit(const std::vector<NoLoadPoint>& points) {
     low = std::min(low, p.psi_r_Wb);
     high = std::max(high, p.psi_r_Wb);
   }
-  if (frequencies.size() < 2) return "the no-load records have one frequency: friction cannot be told from windage";
+  if (frequencies.size() < 2)
+    return "the no-load records have one frequency: friction cannot be told from windage";
   if (high < 1.5 * low) return "the no-load records have one flux: core loss cannot be told from friction";
   return "";
 }
@@ -213,8 +246,13 @@ std::optional<CoreLossLaw> fit_core_law(const std::vector<NoLoadPoint>& points, 
   return unfit(points).empty() ? physical_fit(points, pole_pairs) : std::nullopt;
 }
 
+double CoreLossLaw::iron_share(double psi) const {
+  const double x = psi / psi_0;
+  return x * std::sqrt(1.0 + rise * std::pow(x, rise_exponent));
+}
+
 double CoreLossLaw::core_W(double w_e, double psi) const {
-  const double w = w_e / w_0, x = psi / psi_0;
+  const double w = w_e / w_0, x = iron_share(psi);
   return hysteresis_W.value * w * std::pow(x, exponent) + eddy_W.value * w * w * x * x;
 }
 

@@ -131,7 +131,8 @@ void store(Model& model, const ParameterMaps& maps) {
   const CoreLossLaw& law = maps.core.physics;
   add_map(model, "core_loss",
           {{"hysteresis", law.hysteresis_W}, {"eddy", law.eddy_W}, {"exponent", plain(law.exponent, "1")},
-           {"w_0", plain(law.w_0, "rad/s")}, {"psi_0", plain(law.psi_0, "Wb")}});
+           {"w_0", plain(law.w_0, "rad/s")}, {"psi_0", plain(law.psi_0, "Wb")}, {"rise", plain(law.rise, "1")},
+           {"rise_exponent", plain(law.rise_exponent, "1")}});
   add_map(model, "friction_windage",
           {{"coulomb", law.coulomb_Nm}, {"viscous", law.viscous_Nms}, {"windage", law.windage_Nms2}});
   add_map(model, "stray_drag", {{"drag", law.drag}, {"exponent", plain(law.drag_exponent, "1")}});
