@@ -4,8 +4,6 @@
 //                  [--integrator rk4|sundials]
 //   imrig-emulator truth --config plant.toml [--at f_Hz=60,v_V=180,slip=0.03] [--seed N] [--json]
 
-#include <CLI/CLI.hpp>
-#include <csignal>
 #include <cstdio>
 #include <optional>
 
@@ -15,13 +13,12 @@
 #include "plant/plant_config.h"
 #include "plant/truth.h"
 #include "rig/base/clock.h"
+#include "rig/base/command_line.h"
 #include "rig/base/error.h"
+#include "rig/base/stop_signal.h"
 
 namespace imrig::plant {
 namespace {
-
-volatile std::sig_atomic_t stop_asked = 0;
-void ask_to_stop(int) { stop_asked = 1; }
 
 struct Options {
   std::string config;
@@ -56,7 +53,7 @@ int tell_truth(const Options& options) {
 }
 
 void run(Emulator& emulator, ModbusServer& modbus) {
-  while (stop_asked == 0) {
+  while (!stop_asked()) {
     emulator.set_excitation(modbus.command());
     const std::int64_t rest_us = emulator.turn(monotonic_us());
     modbus.set_readback(emulator.excitation());
@@ -65,8 +62,7 @@ void run(Emulator& emulator, ModbusServer& modbus) {
 }
 
 int serve(const Options& options) {
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
+  catch_stop_signals();
   const Pace pace = parse_pace(options.pace);
   Plant plant(configuration(options));
   LinkPort port(options.link);
@@ -107,13 +103,7 @@ int body(int argc, char** argv) {
   app.add_option("--integrator", options.integrator,
                  "rk4 (fixed step, for pace) or sundials (error-controlled), not the configuration's")
       ->check(CLI::IsMember({"rk4", "sundials"}));
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
-  } catch (const CLI::ParseError& e) {
-    throw Error("usage", e.what(), "see imrig-emulator --help");
-  }
+  if (const auto done = parse_command_line(app, "imrig-emulator", argc, argv)) return *done;
   if (options.config.empty()) throw Error("usage", "--config is missing", "see imrig-emulator --help");
   return *truth ? tell_truth(options) : serve(options);
 }

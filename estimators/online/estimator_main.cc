@@ -5,10 +5,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-#include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -21,8 +18,10 @@
 #include "estimators/online/estimator_node.h"
 #include "estimators/online/estimator_options.h"
 #include "rig/base/clock.h"
+#include "rig/base/command_line.h"
 #include "rig/base/error.h"
 #include "rig/base/rig_config.h"
+#include "rig/base/stop_signal.h"
 #include "rig/base/url.h"
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
@@ -38,16 +37,6 @@ using imrig_msg::heartbeat_t;
 constexpr int kWait_ms = 20;
 constexpr std::int64_t kHeartbeat_us = 200'000;
 constexpr std::string_view kFile = "file://";
-
-std::atomic<bool> g_stop = false;
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void stop_on_signals() {
-  struct sigaction action = {};
-  action.sa_handler = [](int) { g_stop = true; };
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-}
 
 // Both are refused to ordinary users on most systems: said once, and the estimator runs all the same.
 void take_privileges(const EstimatorOptions& options) {
@@ -159,7 +148,7 @@ int read_log(const Url& url, const EstimatorConfig& config, const std::string& p
   const long speed = url.option_or("speed", 1, 0, 1'000'000);
   pace.speed = speed == 0 ? std::numeric_limits<double>::infinity() : static_cast<double>(speed);
   pace.max_rate_per_s = 1e12;
-  pace.keep_going = [] { return !g_stop; };
+  pace.keep_going = [] { return !stop_asked(); };
   replay(reader, [&](const std::string& channel, Bytes data) { if (channel == samples && guarded_decode_into(data, block)) node.take(block); }, pace);
   std::printf("%lld estimates, %lld lost blocks\n", static_cast<long long>(node.estimates()),
               static_cast<long long>(node.lost_blocks()));
@@ -171,7 +160,7 @@ int follow_bus(const BusConfig& config, const EstimatorConfig& estimator, Estima
   EstimatorProcess process(estimator, *bus, log);
   std::puts("ready");
   std::fflush(stdout);
-  while (!g_stop) process.turn();
+  while (!stop_asked()) process.turn();
   process.stop();
   return 0;
 }
@@ -180,20 +169,14 @@ int body(int argc, char** argv) {
   CLI::App app{"imrig-estimator: what the samples on the bus say about the motor, while it runs."};
   EstimatorOptions options;
   add_options(app, options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
-  } catch (const CLI::ParseError& e) {
-    throw Error("usage", e.what(), "see imrig-estimator --help");
-  }
+  if (const auto done = parse_command_line(app, "imrig-estimator", argc, argv)) return *done;
   const RigConfig rig = load_rig_config(options.config);
   const EstimatorConfig estimator = estimator_config(options, rig);
   BusConfig bus = rig.bus;
   if (!options.url.empty()) bus.url = options.url;
   EstimateLog log(options.out, bus.prefix);
   take_privileges(options);
-  stop_on_signals();
+  catch_stop_signals();
   if (bus.url.starts_with(kFile)) return read_log(file_url(bus.url), estimator, bus.prefix, log);
   return follow_bus(bus, estimator, log);
 }

@@ -5,15 +5,14 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 
 #include "rig/base/clock.h"
+#include "rig/base/command_line.h"
 #include "rig/base/error.h"
 #include "rig/base/rig_config.h"
+#include "rig/base/stop_signal.h"
 #include "rig/bridge/bridge_core.h"
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
@@ -25,16 +24,6 @@ namespace {
 
 constexpr int kTimer_ms = 5;
 constexpr int kReadsPerRound = 64;  // then the bus gets its turn
-
-std::atomic<bool> g_stop = false;
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void stop_on_signals() {
-  struct sigaction action = {};
-  action.sa_handler = [](int) { g_stop = true; };
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-}
 
 Moment now() { return {monotonic_us(), wall_us()}; }
 
@@ -95,7 +84,7 @@ void run(BridgeCore& core, Transport& wire, Bus& bus) {
   while (!core.finished(now())) {
     std::array<pollfd, 2> waits = {{{wire.fd(), POLLIN, 0}, {bus.fd(), POLLIN, 0}}};
     ::poll(waits.data(), waits.size(), kTimer_ms);
-    if (g_stop) core.shut_down(now());
+    if (stop_asked()) core.shut_down(now());
     bus.wait(0);
     core.poll(now());  // an emergency stop leaves before the next samples are looked at
     flush(core, wire, bus);
@@ -109,20 +98,14 @@ int body(int argc, char** argv) {
   CLI::App app{"imrig-bridge: the process between the DSP link and the bus."};
   std::string path = "rig.toml";
   app.add_option("--config", path, "the rig's configuration")->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
-  } catch (const CLI::ParseError& e) {
-    throw Error("usage", e.what(), "see imrig-bridge --help");
-  }
+  if (const auto done = parse_command_line(app, "imrig-bridge", argc, argv)) return *done;
   spdlog::set_default_logger(spdlog::stderr_color_mt("imrig-bridge"));
   const RigConfig config = load_rig_config(path);
   const auto wire = open_transport(config.bridge.link);
   const auto bus = open_lcm_bus(config.bus);
   BridgeCore core(config, ::getpid(), random_id);
   subscribe_all(*bus, core);
-  stop_on_signals();
+  catch_stop_signals();
   std::puts("ready");
   std::fflush(stdout);
   run(core, *wire, *bus);

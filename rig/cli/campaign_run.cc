@@ -10,11 +10,11 @@
 #include "rig/base/clock.h"
 #include "rig/base/error.h"
 #include "rig/base/file.h"
+#include "rig/base/stop_signal.h"
 #include "rig/campaign/log_scan.h"
 #include "rig/campaign/session.h"
 #include "rig/cli/campaign_check.h"
 #include "rig/cli/supervisor/rig_processes.h"
-#include "rig/cli/supervisor/stop_signal.h"
 
 namespace imrig {
 

@@ -1,6 +1,6 @@
 // The command imrig: composes the rooms, holds no logic of its own.
 
-#include "rig/base/error.h"
+#include "rig/base/command_line.h"
 #include "rig/cli/verbs.h"
 
 namespace imrig {
@@ -16,14 +16,7 @@ int body(int argc, char** argv) {
                          add_compare, add_diagnose, add_improve, add_model, add_replay}) {
     add(app, exit_code);
   }
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // --help, --version
-    return app.exit(asked);
-  } catch (const CLI::ParseError& e) {
-    throw Error("usage", e.what(), "see imrig --help");
-  }
-  return exit_code;
+  return parse_command_line(app, "imrig", argc, argv).value_or(exit_code);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 // imrig replay LOG: plays an event log back onto a bus that nobody lives on.
 
-#include <csignal>
 #include <cstdio>
 #include <imrig_msg/heartbeat_t.hpp>
 #include <limits>
@@ -9,6 +8,7 @@
 
 #include "rig/base/error.h"
 #include "rig/base/rig_config.h"
+#include "rig/base/stop_signal.h"
 #include "rig/bus/replay.h"
 #include "rig/cli/verbs.h"
 
@@ -17,9 +17,6 @@ namespace imrig {
 namespace {
 
 constexpr int kListen_ms = 700;  // three heartbeats
-
-volatile std::sig_atomic_t stop_asked = 0;
-void ask_stop(int) { stop_asked = 1; }
 
 struct Options {
   std::string log;
@@ -75,11 +72,10 @@ int run(const Options& options) {
   const BusConfig config = bus_of(options);
   if (somebody_lives_on(config, options.followers)) return 1;
   const auto bus = open_lcm_player(config);
-  std::signal(SIGINT, ask_stop);
-  std::signal(SIGTERM, ask_stop);
+  catch_stop_signals();
   ReplayOptions pace;
   pace.speed = speed;
-  pace.keep_going = [] { return stop_asked == 0; };
+  pace.keep_going = [] { return !stop_asked(); };
   const ReplayReport report = replay(log, bus, pace);
   std::printf("played %lld messages, left out %lld commands%s%s\n", static_cast<long long>(report.played),
               static_cast<long long>(report.commands_left_out), report.stopped ? ", stopped" : "",

@@ -12,10 +12,10 @@
 
 #include "rig/base/clock.h"
 #include "rig/base/error.h"
+#include "rig/base/stop_signal.h"
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
 #include "rig/cli/supervisor/rig_processes.h"
-#include "rig/cli/supervisor/stop_signal.h"
 #include "rig/cli/verbs.h"
 #include "rig/safety/trip.h"
 

@@ -5,14 +5,13 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 
 #include "rig/base/clock.h"
+#include "rig/base/command_line.h"
 #include "rig/base/error.h"
 #include "rig/base/rig_config.h"
+#include "rig/base/stop_signal.h"
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
 #include "rig/dyno/dyno_core.h"
@@ -28,16 +27,6 @@ constexpr std::int64_t kStatus_us = 50'000;
 constexpr std::int64_t kLease_us = 100'000;
 constexpr std::int64_t kHeartbeat_us = 200'000;
 constexpr std::int64_t kFarewell_us = 2'000'000;  // for switching the supply off at the end
-
-std::atomic<bool> g_stop = false;
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-void stop_on_signals() {
-  struct sigaction action = {};
-  action.sa_handler = [](int) { g_stop = true; };
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-}
 
 Moment now() { return {monotonic_us(), wall_us()}; }
 
@@ -161,23 +150,17 @@ int body(int argc, char** argv) {
   CLI::App app{"imrig-dyno: the process between the excitation supply of the load generator and the bus."};
   std::string path = "rig.toml";
   app.add_option("--config", path, "the rig's configuration")->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    return app.exit(asked);
-  } catch (const CLI::ParseError& e) {
-    throw Error("usage", e.what(), "see imrig-dyno --help");
-  }
+  if (const auto done = parse_command_line(app, "imrig-dyno", argc, argv)) return *done;
   spdlog::set_default_logger(spdlog::stderr_color_mt("imrig-dyno"));
   const RigConfig config = load_rig_config(path);
   const RegisterMap map = load_register_map(config.dyno.register_map);
   const auto bus = open_lcm_bus(config.bus);
-  stop_on_signals();
+  catch_stop_signals();
   ModbusClient client({config.dyno.link, config.dyno.response_ms, config.dyno.poll_ms}, map);
   DynoProcess process(core_config(config, map), client, *bus);
   std::puts("ready");
   std::fflush(stdout);
-  while (!g_stop) process.turn(kWait_ms);
+  while (!stop_asked()) process.turn(kWait_ms);
   process.stop();
   return 0;
 }

@@ -3,15 +3,15 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
-#include <atomic>
 #include <cstdio>
 #include <imrig_msg/heartbeat_t.hpp>
 
 #include "rig/base/clock.h"
+#include "rig/base/command_line.h"
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 #include "rig/base/rig_config.h"
+#include "rig/base/stop_signal.h"
 #include "rig/bus/bus.h"
 #include "rig/bus/channels.h"
 #include "rig/recorder/ack_keeper.h"
@@ -26,9 +26,6 @@ constexpr std::int64_t kHeartbeat_us = 200000;
 constexpr std::int64_t kDrain_us = 1000000;  // at most, when asked to stop
 constexpr std::size_t kHoldBytes = std::size_t{64}
                                    << 20;  // more waits for the disk: no further credit for the device
-
-std::atomic<bool> g_stop = false;
-static_assert(std::atomic<bool>::is_always_lock_free);
 
 struct Options {
   std::string config = "rig.toml";
@@ -46,13 +43,7 @@ Options parse(int argc, char** argv, int& exit_code) {
   app.add_option("--memory-mb", options.memory_MB, "messages may wait for the disk in so much memory")
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    exit_code = app.exit(asked);
-  } catch (const CLI::ParseError& e) {
-    throw Error("usage", e.what(), "see imrig-recorder --help");
-  }
+  exit_code = parse_command_line(app, "imrig-recorder", argc, argv).value_or(exit_code);
   return options;
 }
 
@@ -60,14 +51,12 @@ Options parse(int argc, char** argv, int& exit_code) {
 class Signals {
  public:
   Signals() {
-    struct sigaction action = {};
-    action.sa_handler = [](int) { g_stop = true; };
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
+    catch_stop_signals();
     ::signal(SIGXFSZ, SIG_IGN);  // a file size limit is a failed write like any other
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
+    sigaddset(&set_, SIGHUP);
     ::pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   }
   void let_through() { ::pthread_sigmask(SIG_UNBLOCK, &set_, nullptr); }
@@ -92,7 +81,7 @@ class Recorder {
   }
 
   void run() {
-    while (!g_stop) {
+    while (!stop_asked()) {
       bus_->wait(kRound_ms);
       acknowledge();
       beat();

@@ -3,7 +3,7 @@
 
 namespace imrig {
 
-void catch_stop_signals();  // SIGINT, SIGTERM, SIGHUP
+void catch_stop_signals();  // SIGINT, SIGTERM, and SIGHUP where it is not ignored
 bool stop_asked();
 
 }  // namespace imrig

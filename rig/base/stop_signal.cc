@@ -1,4 +1,4 @@
-#include "rig/cli/supervisor/stop_signal.h"
+#include "rig/base/stop_signal.h"
 
 #include <csignal>
 #include <initializer_list>
@@ -13,9 +13,13 @@ extern "C" void on_stop_signal(int) { asked = 1; }
 }  // namespace
 
 void catch_stop_signals() {
-  struct sigaction action = {};
+  struct sigaction action = {}, present = {};
   action.sa_handler = on_stop_signal;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(signal, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    ::sigaction(signal, nullptr, &present);
+    if (signal == SIGHUP && present.sa_handler == SIG_IGN) continue;  // nohup
+    ::sigaction(signal, &action, nullptr);
+  }
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away must not end a running rig
 }
 
