@@ -24,7 +24,7 @@ const MapPoint* end_of(const std::vector<MapPoint>& points, std::size_t record) 
 bool counts(const RecordResult& record, const std::string& name, Kept kept) {
   if (std::find(record.used_for.begin(), record.used_for.end(), name) != record.used_for.end()) return true;
   const auto found = record.parameters.find(name);
-  return kept == Kept::kByCovariance && found != record.parameters.end() && found->second.by_slip_rule;
+  return kept == Kept::kByCovariance && found != record.parameters.end() && found->second.by_rule;
 }
 
 int strongest(const std::array<double, 6>& value, std::size_t among) {

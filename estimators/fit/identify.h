@@ -31,6 +31,8 @@ struct IdentifyOptions {
       0.01;  // a record speaks for a parameter when its own relative sigma is below this
   double slip_rule =
       0.0;          // > 0: also the paper's rule, R_r and L_l from slips above it and L_m below (0.02 there)
+  double least_sensitivity =
+      0.0;          // > 0: also S_y / I of (8)-(9) at the record's frequency and slip (maps/sensitivity.h) not below this
   int threads = 2;  // the result does not depend on it
   std::function<void(const Progress&)>
       progress;  // called from the calling thread's workers one at a time; may be empty
@@ -44,7 +46,8 @@ struct RecordEstimate {
   std::string unit;
   std::string left_out;  // why it was not used; empty when it was
   bool weak = false;     // sound, left out only because other records may know better
-  bool by_slip_rule = false;  // left out by the slip rule alone
+  bool by_rule = false;        // left out by the slip rule or the computed sensitivity alone
+  double sensitivity = kMissing;  // S_y / I of (7)-(8) in Proca and Keyhani 2002, over this record itself
 };
 
 struct RecordResult {

@@ -32,6 +32,7 @@ Json estimate_of(const RecordEstimate& e) {
   return {{"value", number(e.value)},
           {"sigma", number(e.sigma)},
           {"unit", e.unit},
+          {"sensitivity", number(e.sensitivity)},
           {"left_out", text_or_null(e.left_out)}};
 }
 

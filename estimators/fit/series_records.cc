@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "estimators/fit/each.h"
+#include "estimators/fit/maps/sensitivity.h"
 #include "estimators/fit/start_guess.h"
 #include "estimators/fit/steady_windows.h"
 #include "estimators/fit/transient_fit.h"
@@ -54,19 +55,18 @@ bool on_wrong_side(int m, double slip, const IdentifyOptions& options) {
   return wants_slip != (std::abs(slip) > options.slip_rule);
 }
 
-std::string left_out_reason(const TransientFit& fit, int m, double slip, const IdentifyOptions& options) {
-  const auto k = static_cast<std::size_t>(m);
-  if (fit.on_bound[k]) return "lies on a bound of the search";
+std::string slip_reason(int m, double slip, const IdentifyOptions& options) {
+  if (!on_wrong_side(m, slip, options)) return "";
+  return fmt::format("slip {:.2g} % lies on the wrong side of the {:.2g} % rule", 100.0 * slip,
+                     100.0 * options.slip_rule);
+}
+
+std::string own_reason(const TransientFit& fit, int m, double slip, const IdentifyOptions& options) {
+  if (fit.on_bound[static_cast<std::size_t>(m)]) return "lies on a bound of the search";
   const double relative = relative_sigma(fit, m);
-  if (!(relative <= options.max_relative_sigma)) {
-    return fmt::format("its own sigma is {:.2g} %, above {:.2g} % (slip {:.2g} %)", 100.0 * relative,
-                       100.0 * options.max_relative_sigma, 100.0 * slip);
-  }
-  if (on_wrong_side(m, slip, options)) {
-    return fmt::format("slip {:.2g} % lies on the wrong side of the {:.2g} % rule", 100.0 * slip,
-                       100.0 * options.slip_rule);
-  }
-  return "";
+  if (relative <= options.max_relative_sigma) return "";
+  return fmt::format("its own sigma is {:.2g} %, above {:.2g} % (slip {:.2g} %)", 100.0 * relative,
+                     100.0 * options.max_relative_sigma, 100.0 * slip);
 }
 
 // A fit that wanders along a valley does so because the record cannot separate what lies along it.
@@ -104,11 +104,12 @@ void judge(const TransientFit& fit, bool fit_R_s, const IdentifyOptions& options
     estimate.sigma = std::sqrt(std::max(0.0, fit.noise.covariance(m, m)));
     estimate.per_R_s = fit.noise.per_R_s[m];
     estimate.unit = kUnits[k];
-    estimate.left_out =
-        result.rejected.empty() ? left_out_reason(fit, m, result.slip, options) : result.rejected;
-    estimate.by_slip_rule = result.rejected.empty() && !fit.on_bound[k] &&
-                            relative_sigma(fit, m) <= options.max_relative_sigma &&
-                            on_wrong_side(m, result.slip, options);
+    estimate.sensitivity = fit.sensitivity[k];
+    estimate.left_out = !result.rejected.empty() ? result.rejected : own_reason(fit, m, result.slip, options);
+    if (estimate.left_out.empty()) {
+      estimate.left_out = slip_reason(m, result.slip, options);
+      estimate.by_rule = !estimate.left_out.empty();
+    }
     estimate.weak = result.rejected.empty() && !estimate.left_out.empty() && !blind;
     if (!estimate.left_out.empty())
       reasons += (reasons.empty() ? "" : "; ") + std::string(kNames[k]) + ": " + estimate.left_out;
@@ -166,6 +167,39 @@ void fit_one(const DataSet& data, const Record& record, const SeriesSetting& sha
   judge(fit, setting.fit_R_s, options, result);
 }
 
+// The middle of what the records tell, where they tell it.
+MachineParameters<double> middle_of(const std::vector<RecordResult>& results,
+                                    MachineParameters<double> machine) {
+  const std::array<double*, kCircuit> places{&machine.R_s, &machine.R_r, &machine.L_l, &machine.L_m};
+  for (std::size_t m = 1; m < places.size(); ++m) {
+    std::vector<double> told;
+    for (const RecordResult& r : results) {
+      const auto found = r.parameters.find(kNames[m]);
+      if (found != r.parameters.end() && found->second.left_out.empty()) told.push_back(found->second.value);
+    }
+    if (told.empty()) continue;
+    const auto half = told.begin() + static_cast<std::ptrdiff_t>(told.size() / 2);
+    std::nth_element(told.begin(), half, told.end());
+    *places[m] = *half;
+  }
+  return machine;
+}
+
+// Records whose current a parameter hardly moves in steady operation do not speak for it.
+void drop_insensitive(const MachineParameters<double>& machine, double least, RecordResult& result) {
+  if (!std::isfinite(result.slip) || !(std::abs(result.f_Hz) > 0.0)) return;
+  const Sensitivity S = sensitivity_at(machine, 2.0 * kPi * std::abs(result.f_Hz), result.slip);
+  for (auto& [name, estimate] : result.parameters) {
+    if (!estimate.left_out.empty() || !(S.of(name) < least)) continue;
+    estimate.by_rule = true;
+    estimate.left_out = fmt::format("its computed sensitivity S/I = {:.2g} (slip {:.2g} %) lies below {:.2g}",
+                                    S.of(name), 100.0 * result.slip, least);
+    std::erase(result.used_for, name);
+    if (result.used_for.empty())
+      result.rejected = "determines no parameter: " + name + ": " + estimate.left_out;
+  }
+}
+
 }  // namespace
 
 bool is_series_kind(RecordKind kind) {
@@ -190,6 +224,10 @@ std::vector<RecordResult> fit_series_records(const DataSet& data, const std::vec
     ++done;
     if (options.progress) options.progress({done, which.size(), record.id});
   });
+  if (options.least_sensitivity > 0.0) {
+    const MachineParameters<double> machine = middle_of(results, setting.nominal);
+    for (RecordResult& result : results) drop_insensitive(machine, options.least_sensitivity, result);
+  }
   return results;
 }
 

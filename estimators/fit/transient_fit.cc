@@ -10,10 +10,11 @@ namespace imrig::est {
 
 namespace {
 
-constexpr double kNearEnough = 0.1;  // nrmse at which the nominal needs no rival start
-constexpr int kMostMoves = 3;        // of bounds that are guesses
-constexpr double kThin_s = 0.3e-3;   // sample time of the search's first part
+constexpr double kNearEnough = 0.1;                       // nrmse at which the nominal needs no rival start
+constexpr int kMostMoves = 3;                             // of bounds that are guesses
+constexpr double kThin_s = 0.3e-3;                        // sample time of the search's first part
 constexpr double kSettled = 0.01, kRoughlySettled = 0.1;  // of a standard deviation
+constexpr double kTenth = 0.1;                            // the paper's dy over y
 constexpr std::size_t kFewestThin = 1000;
 
 using Theta = MachineParameters<double>;
@@ -24,6 +25,11 @@ void add_noise(const RecordProblem& problem, const Linearization& here, const Re
                const TransientOptions& options, TransientFit& fit) {
   fit.start = here.start;
   fit.nrmse = std::sqrt(here.error / problem.signal());
+  const std::array<double, kCircuit> at{fit.theta.R_s, fit.theta.R_r, fit.theta.L_l, fit.theta.L_m};
+  for (std::size_t m = 0; m < at.size(); ++m) {
+    const auto k = static_cast<Eigen::Index>(m);
+    fit.sensitivity[m] = 0.5 * kTenth * here.normal(k, k) * at[m] * at[m] / problem.signal();
+  }
   fit.residual_A = std::sqrt(here.error / static_cast<double>(2 * problem.judged()));
   fit.noise = transient_noise(problem, fit.theta, options.fit_R_s, here, columns, options.noise);
   const std::array<double Theta::*, kCircuit> places{&Theta::R_s, &Theta::R_r, &Theta::L_l, &Theta::L_m};

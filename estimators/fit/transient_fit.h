@@ -31,6 +31,8 @@ struct TransientFit {
   MachineParameters<double> theta;
   FluxState<double> start;  // Wb, in the frame, at the first sample
   std::array<bool, kCircuit> on_bound{};
+  std::array<double, kCircuit>
+      sensitivity{};  // S_y / I of (7)-(8) over the record: what a tenth of y moves the current
   bool flux_on_bound = false;
   TransientNoise noise;          // covariance and bias of theta; the bias is already subtracted
   double nrmse = kMissing;       // rms of the residual over rms of the current

@@ -123,10 +123,11 @@ std::string maps_text(const est::MapsResult& result) {
                        percent(result.maps.L_l.misfit), percent(result.maps.R_r.misfit));
   }
   out += sweeps(result.maps.locked) + losses(result.maps.core);
-  out += correlations(result.correlation, result.slip_rule > 0.0
-                                              ? fmt::format("correlation, {} slip rule", percent(result.slip_rule))
-                                              : "correlation");
-  if (result.slip_rule > 0.0) out += correlations(result.correlation_covariance, "without the slip rule");
+  const bool computed = result.least_sensitivity > 0.0, ruled = computed || result.slip_rule > 0.0;
+  out += correlations(result.correlation, computed ? "correlation, by the computed sensitivity"
+                                          : ruled  ? fmt::format("correlation, {} slip rule", percent(result.slip_rule))
+                                                   : "correlation");
+  if (ruled) out += correlations(result.correlation_covariance, "without the rule");
   return out + validation(result.validation);
 }
 

@@ -37,6 +37,7 @@ struct Options {
   std::string method = "auto";
   std::string report;
   double slip_rule = est::kPaperSlipRule;
+  std::string keep;
   bool sensitivity = false;
   bool json = false;
 };
@@ -77,6 +78,27 @@ void print_standstill(const est::RecordResult& record) {
       report.published_circuit ? "it takes minutes to settle" : "its vector is no motor's yet");
 }
 
+// Which records each parameter was taken from, and why not from the others.
+std::string kept_text(const est::IdentifyResult& result) {
+  TextTable table({"<parameter", "fitted", "kept", "by_rule", "by_own_sigma_or_bound", "<the first left out"});
+  for (const char* name : {"R_r", "L_l", "L_m"}) {
+    std::size_t fitted = 0, rule = 0, own = 0;
+    std::string first;
+    for (const auto& record : result.records) {
+      const auto found = record.parameters.find(name);
+      if (found == record.parameters.end() || record.standstill || !std::isfinite(record.slip)) continue;
+      ++fitted;
+      if (found->second.left_out.empty()) continue;
+      ++(found->second.by_rule ? rule : own);
+      if (first.empty()) first = record.id + ": " + found->second.left_out;
+    }
+    if (fitted > 0)
+      table.row({name, std::to_string(fitted), std::to_string(fitted - rule - own), std::to_string(rule), std::to_string(own),
+                 printable(first)});
+  }
+  return table.empty() ? "" : "\n" + table.text();
+}
+
 void print_text(const est::MapsResult& mapped, const std::string& out) {
   const est::IdentifyResult& result = mapped.base;
   TextTable table({"<parameter", "value", "<95 % interval", "<unit", "records", "<found"});
@@ -90,7 +112,7 @@ void print_text(const est::MapsResult& mapped, const std::string& out) {
   for (const auto& record : result.records) {
     if (record.standstill && record.rejected.empty()) print_standstill(record);
   }
-  fmt::print("{}", maps_text(mapped));
+  fmt::print("{}{}", kept_text(result), maps_text(mapped));
   TextTable rejected({"<record not used", "<why"});
   for (const auto& record : result.records) {
     if (!record.rejected.empty()) rejected.row({printable(record.id), printable(record.rejected)});
@@ -145,14 +167,18 @@ void run(const Options& options) {
   est::IdentifyOptions wanted;
   wanted.method = options.method;
   if (!options.nominal.empty()) wanted.nominal = est::load_model(options.nominal);
+  const bool by_slip = options.keep == "slip", by_covariance = options.keep == "covariance";
+  if (options.keep == "sensitivity") wanted.least_sensitivity = est::kLeastSensitivity;
+  if (by_slip) wanted.slip_rule = options.slip_rule;
+  const double slip_rule = by_covariance ? 0.0 : options.slip_rule;
   if (::isatty(STDERR_FILENO) != 0) wanted.progress = show_progress;
   const DataSet data = load_data(options.data);
   const bool global = options.method == "global";
   if (global) wanted.method = "auto";
-  est::MapsResult result = est::identify_with_maps(data, wanted, options.slip_rule);
+  est::MapsResult result = est::identify_with_maps(data, wanted, slip_rule);
   // Of the base parameters, as the per-record methods find them.
   est::IdentifyOptions again = wanted;
-  if (est::is_maps_method(wanted.method)) again.method = "auto", again.slip_rule = options.slip_rule;
+  if (est::is_maps_method(wanted.method)) again.method = "auto", again.slip_rule = wanted.least_sensitivity > 0.0 ? 0.0 : slip_rule;
   const auto moves =
       options.sensitivity ? est::flaw_moves(data, again, est::identify(data, again).model) : std::vector<est::FlawMoves>();
   judge(result.base.model, data);
@@ -187,6 +213,10 @@ void add_identify(CLI::App& app, int& exit_code) {
                    "own covariance says decides alone")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  verb->add_option("--keep", options->keep,
+                   "which transient records speak for a parameter, beside their own sigma: slip (--slip-rule; the default of "
+                   "method maps), sensitivity ((8)-(9) of the paper, computed), covariance (nothing else; the other methods' default)")
+      ->check(CLI::IsMember({"slip", "sensitivity", "covariance"}));
   verb->add_option("--report", options->report,
                    "folder for report.html: the maps, the losses and the validation as figures");
   verb->add_flag("--sensitivity", options->sensitivity,

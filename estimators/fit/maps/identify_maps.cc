@@ -42,7 +42,7 @@ IdentifyResult base_fit(const DataSet& data, const IdentifyOptions& options, dou
     }
   } else if (options.method == "maps") {
     base.method = "auto";
-    base.slip_rule = slip_rule;
+    base.slip_rule = options.least_sensitivity > 0.0 ? 0.0 : slip_rule;
   }
   return identify(data, base);
 }
@@ -201,6 +201,7 @@ bool is_maps_method(const std::string& method) {
 MapsResult identify_with_maps(const DataSet& data, const IdentifyOptions& options, double slip_rule) {
   MapsResult out;
   out.slip_rule = slip_rule;
+  out.least_sensitivity = options.least_sensitivity;
   if (data.pole_pairs < 1) throw Error("data set \"" + data.name + "\"", "has no number of pole pairs");
   out.base = base_fit(data, options, slip_rule);
   const bool allowed = options.method == "auto" && (count(data, RecordKind::kLockedSweep) > 0 ||

@@ -31,6 +31,7 @@ struct MapsResult {
   bool mapped = false;  // false: method auto found nothing to map, or another method was asked for
   ParameterMaps maps;
   double slip_rule = kPaperSlipRule;
+  double least_sensitivity = 0.0;  // > 0: this chose the records in the slip rule's place
   std::vector<CorrelationRow> correlation;             // over the records kept
   std::vector<CorrelationRow> correlation_covariance;  // likewise without the slip rule
   std::vector<RecordSensitivity> sensitivities;

@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::size_t kShownSteps = 3;
 constexpr int kCurve = 120;
+constexpr double kLargestSlip = 0.1;  // of figure 4
 
 Json rounded(double x) { return std::isfinite(x) ? Json(std::stod(fmt::format("{:.6g}", x))) : Json(nullptr); }
 
@@ -71,12 +72,21 @@ void resistance(const est::ResistanceLine& line, Charts& charts) {
   charts.end();
 }
 
-void sensitivity(const est::SensitivityCurve& curve, Charts& charts) {
+// Lines: (8)-(9) of the model. Points: how far a tenth of the parameter moves the current of each record near that frequency.
+void sensitivity(const est::MapsResult& result, Charts& charts) {
+  const est::SensitivityCurve& curve = result.figure_4;
   charts.begin(fmt::format("Sensitivity of the current's error at {:.0f} Hz (figure 4)", curve.f_Hz), "slip %", "S / I");
   for (const char* name : {"R_r", "L_l", "L_m"}) {
     Curve line;
     for (std::size_t k = 0; k < curve.slip.size(); ++k) line.add(100.0 * curve.slip[k], curve.value[k].of(name));
-    charts.series(name, line, true);
+    charts.series(fmt::format("line, {}", name), line, true);
+    Curve points;
+    for (const auto& row : result.base.records) {
+      const auto found = row.parameters.find(name);
+      const bool near = std::abs(std::abs(row.f_Hz) - curve.f_Hz) < 0.05 * curve.f_Hz && row.slip < kLargestSlip;
+      if (near && found != row.parameters.end()) points.add(100.0 * row.slip, found->second.sensitivity);
+    }
+    charts.series(name, points, false);
   }
   charts.end();
 }
@@ -214,7 +224,7 @@ for (const chart of JSON.parse(document.getElementById("data").textContent)) {
 std::string identification_html(const est::MapsResult& result) {
   Charts charts;
   resistance(result.maps.R_s, charts);
-  sensitivity(result.figure_4, charts);
+  sensitivity(result, charts);
   maps(result.maps, charts);
   locked(result.maps.locked, charts);
   losses(result.maps.core, charts);

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estimators/fit/identify_json.h"
+#include "estimators/fit/maps/sensitivity.h"
 #include "estimators/model/convert.h"
 #include "estimators/model/model_file.h"
 #include "rig/base/error.h"
@@ -263,6 +264,42 @@ TEST(IdentifyTest, TheSlipRuleOfThePaperCanBeAskedFor) {
       EXPECT_THAT(r.used_for, testing::AnyOf(IsEmpty(), testing::ElementsAre("L_m"))) << r.id;
     }
   }
+  expect_truth(paper_motor(), result.model);
+}
+
+// (8)-(9): what a tenth of a parameter moves the current of the record's steady state.
+TEST(IdentifyTest, TheComputedSensitivityDecidesWhichRecordsAreKeptAndSaysSo) {
+  IdentifyOptions options;
+  options.least_sensitivity = kLeastSensitivity;
+  const DataSet data = campaign(paper_motor(), true, 15);
+  const IdentifyResult result = identify(data, options), all = identify(data);
+  const MachineParameters<double> machine = result.model.machine();
+  int kept = 0, dropped = 0;
+  for (std::size_t k = 0; k < result.records.size(); ++k) {
+    const RecordResult& r = result.records[k];
+    if (r.kind != RecordKind::kStep || r.holdout) continue;
+    const Sensitivity S = sensitivity_at(machine, 2.0 * kPi * std::abs(r.f_Hz), r.slip);
+    for (const char* name : {"R_r", "L_l", "L_m"}) {
+      const RecordEstimate& e = r.parameters.at(name);
+      if (std::abs(S.of(name) / options.least_sensitivity - 1.0) < 0.2) continue;  // the nominal machine differs a little
+      if (S.of(name) > options.least_sensitivity) {
+        EXPECT_FALSE(e.by_rule) << r.id << " " << name;
+        EXPECT_EQ(e.left_out, all.records[k].parameters.at(name).left_out) << r.id << " " << name;
+        ++kept;
+      } else if (all.records[k].parameters.at(name).left_out.empty()) {
+        EXPECT_THAT(e.left_out, HasSubstr("computed sensitivity S/I")) << r.id << " " << name;
+        EXPECT_TRUE(e.by_rule);
+        ++dropped;
+      }
+      // The record's own, the step included, is of the same size wherever the steady state says something.
+      EXPECT_GT(e.sensitivity, 0.0);
+      if (S.of(name) > 5e-3) {
+        EXPECT_NEAR(e.sensitivity / S.of(name), 1.0, 0.5) << r.id << " " << name;
+      }
+    }
+  }
+  EXPECT_GT(kept, 10);
+  EXPECT_GT(dropped, 3);
   expect_truth(paper_motor(), result.model);
 }
 
