@@ -28,23 +28,45 @@ Estimator::Estimator(const EstimatorConfig& config, Sink sink)
         closed_ = point;
         has_closed_ = true;
         sink_(estimate(point, true));
-      }) {}
+      }) {
+  behind_.reserve(kPiece);
+}
 
 bool Estimator::feed(const SampleBlock& block) {
-  // Whatever ends a run of samples does so at a block's first sample: alone it leaves no window open that could end
-  // within a part. The operating point goes first, since its estimate is waited for.
-  bool taken = false;
-  for (std::size_t from = 0; from < block.size();) {
-    const std::int64_t at = block.first_index + static_cast<std::int64_t>(from);
-    std::size_t most = from == 0 ? 1 : std::clamp<std::size_t>(point_.least_to_end(), 1, Chunk::kMost);
+  std::size_t taken = 0;
+  while (taken < block.size()) {
+    const std::size_t piece = std::min(block.size() - taken, kPiece), n = feed_piece(block.part(taken, piece), taken == 0);
+    taken += n;
+    if (n < piece) break;
+  }
+  return taken > 0;
+}
+
+// How many samples were taken. Whatever ends a run of samples does so at a block's first sample: alone it leaves no
+// window open that could end within a part. The operating point goes through the whole piece first, since its estimate
+// is waited for; an estimate takes from the follower what it found kEvery samples before, so the follower may come
+// behind by as much.
+std::size_t Estimator::feed_piece(const SampleBlock& piece, bool begins) {
+  behind_.clear();
+  std::size_t from = 0;
+  while (from < piece.size()) {
+    const std::int64_t at = piece.first_index + static_cast<std::int64_t>(from);
+    std::size_t most = from == 0 && begins ? 1 : std::max<std::size_t>(point_.least_to_end(), 1);
     const std::int64_t silence = told_index_ + longest_ + 1 - at;
     if (silence > 0) most = std::min(most, static_cast<std::size_t>(silence));
-    const std::size_t n = std::min(block.size() - from, most);
-    if (!feed_part(block.part(from, n))) return taken;
-    taken = true;
+    const std::size_t n = std::min(piece.size() - from, most);
+    if (!feed_part(piece.part(from, n))) break;
     from += n;
+    if (has_closed_ && closed_.steady) behind_.push_back({from, closed_.voltage_zero_V, closed_.current_zero_A});
   }
-  return taken;
+  std::size_t followed = 0;
+  for (const Zero& zero : behind_) {
+    if (zero.after > followed) follower_.take(piece.part(followed, zero.after - followed));
+    followed = zero.after;
+    follower_.suggest_zero(zero.voltage_V, zero.current_A);
+  }
+  if (from > followed) follower_.take(piece.part(followed, from - followed));
+  return from;
 }
 
 bool Estimator::feed_part(const SampleBlock& part) {
@@ -60,9 +82,7 @@ bool Estimator::feed_part(const SampleBlock& part) {
   if (!adjoins) told_index_ = part.first_index - 1;
   if (!adjoins && !rebooted) missing_ += part.first_index - read;
   longest_ = static_cast<std::int64_t>(kLongest_s / sample_time_s_);
-  follower_.take(part);
   if (!has_closed_ && ends - 1 - told_index_ >= longest_) sink_(estimate(without_window(part), false));
-  if (has_closed_ && closed_.steady) follower_.suggest_zero(closed_.voltage_zero_V, closed_.current_zero_A);
   return true;
 }
 

@@ -8,6 +8,7 @@
 // sample time becomes known, never per sample.
 
 #include <functional>
+#include <vector>
 
 #include "estimators/online/condition_table.h"
 #include "estimators/model/steady_state.h"
@@ -51,6 +52,13 @@ class Estimator {
   std::int64_t encoder_dropouts() const { return follower_.dropouts(); }
 
  private:
+  static constexpr std::size_t kPiece = MotorFollower::kEvery;
+  // Zeros of the sensors that a steady window has told, for the follower from the piece's sample `after` on.
+  struct Zero {
+    std::size_t after;
+    SpaceVector voltage_V, current_A;
+  };
+  std::size_t feed_piece(const SampleBlock& piece, bool begins);
   bool feed_part(const SampleBlock& part);
   OperatingPoint without_window(const SampleBlock& last) const;
   MotorEstimate estimate(const OperatingPoint& point, bool window);
@@ -69,6 +77,7 @@ class Estimator {
   std::int64_t missing_ = 0, boot_id_ = 0;
   std::int64_t longest_ = 0;     // samples of kLongest_s
   std::int64_t told_index_ = 0;  // last sample of the last estimate
+  std::vector<Zero> behind_;     // of the running piece
   OperatingPointEstimator point_;
 };
 

@@ -50,8 +50,8 @@ class EstimatorNode {
   static constexpr std::int64_t kMostIndex = std::int64_t{1} << 62;
 
   void publish(const MotorEstimate& e) {
-    if (e.window) send(Kind::kPoint, message_of(e.point, ++point_seq_), point_bytes_);
     send(Kind::kMotor, message_of(e, ++seq_), motor_bytes_);
+    if (e.window) send(Kind::kPoint, message_of(e.point, ++point_seq_), point_bytes_);
   }
   template <class Message>
   void send(Kind kind, const Message& m, std::vector<std::uint8_t>& bytes) {

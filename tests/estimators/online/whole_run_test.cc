@@ -87,7 +87,7 @@ TEST(WholeRun, StandstillEstimatesArePublishedWhileTheirProfileRuns) {
     EXPECT_GT(q->high, truth);
   }
   const auto width = [](const imrig_msg::quantity_t& q) { return q.high - q.low; };
-  EXPECT_LT(width(last.standstill_L_m_H), 0.5 * width(during[during.size() / 4].standstill_L_m_H));
+  EXPECT_LT(width(last.standstill_L_m_H), 0.5 * width(during[during.size() / 10].standstill_L_m_H));
 }
 
 TEST(WholeRun, LogOfImrigUpReplaysToItsLiveEstimates) {
