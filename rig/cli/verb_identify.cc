@@ -145,6 +145,20 @@ void show_progress(const est::Progress& progress) {
   std::fflush(stderr);
 }
 
+// What the global fit could not tell is no success: named beside the results.
+void add_caveats(const est::Model& model, std::vector<std::string>& notes) {
+  const auto tell = [&](const std::string& name, const est::Parameter& p) {
+    const std::size_t at = p.found.find(": ");
+    if (p.found.starts_with("global fit: ")) notes.push_back(name + ": " + p.found.substr(at + 2));
+  };
+  for (const auto& base : est::base_parameters()) tell(base.name, model.*base.place);
+  for (const auto* list : {&model.effects, &model.corrections}) {
+    for (const auto& effect : *list) {
+      for (const auto& [name, parameter] : effect.parameters) tell(effect.name + "." + name, parameter);
+    }
+  }
+}
+
 // The model's history says how far it was from the data it came from.
 void judge(est::Model& model, const DataSet& data) {
   if (model.history.empty()) return;
@@ -185,6 +199,7 @@ void run(const Options& options) {
   if (global) {
     if (wanted.nominal) result.base.model.effects = wanted.nominal->effects;
     result.base.model = est::refit_model(result.base.model, data, "identified, method global", wanted.threads);
+    add_caveats(result.base.model, result.base.notes);
   }
   est::save_model(result.base.model, options.out);
   if (!options.report.empty()) write_identification_report(result, options.report);

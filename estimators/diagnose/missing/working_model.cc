@@ -56,6 +56,8 @@ Parameter parameter_of(const WorkingModel& working, std::size_t entry, const cha
     p.ci95_low = p.value - kNormal975 * sigma;
     p.ci95_high = p.value + kNormal975 * sigma;
     p.found = "global fit";
+  } else if (const std::string caveat = working.fit.caveat(entry); !caveat.empty()) {
+    p.found = "global fit: " + caveat;
   }
   return p;
 }

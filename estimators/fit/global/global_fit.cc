@@ -162,7 +162,16 @@ Bounds bounds_of(std::size_t entry) {
   return {p.low, p.high};
 }
 
+std::string GlobalFit::caveat(std::size_t entry) const {
+  if (std::find(flat.begin(), flat.end(), entry) != flat.end()) return "not determined by these data";
+  const auto found = std::find(free.shared.begin(), free.shared.end(), entry);
+  if (found == free.shared.end() || on_bound.empty()) return "";
+  return on_bound[static_cast<std::size_t>(found - free.shared.begin())] ? "on a bound of what it can be"
+                                                                         : "";
+}
+
 double GlobalFit::sigma(std::size_t entry) const {
+  if (!caveat(entry).empty()) return kMissing;
   const auto found = std::find(free.shared.begin(), free.shared.end(), entry);
   if (found == free.shared.end() || covariance.size() == 0) return kMissing;
   const auto m = static_cast<Eigen::Index>(found - free.shared.begin());

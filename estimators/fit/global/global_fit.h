@@ -7,6 +7,7 @@
 // one (sandwich with one cluster a record; Liang and Zeger 1986).
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "estimators/fit/global/global_problem.h"
@@ -27,7 +28,10 @@ struct GlobalFit {
   std::vector<std::size_t> flat;     // entries that these data do not determine
   int evaluations = 0;
 
-  double sigma(std::size_t shared_entry) const;  // NaN when it was not free
+  // NaN when it was not free, lies on a bound, or is not determined by these data.
+  double sigma(std::size_t shared_entry) const;
+  // "on a bound of what it can be", "not determined by these data", or nothing to say.
+  std::string caveat(std::size_t shared_entry) const;
 };
 
 struct GlobalFitOptions {

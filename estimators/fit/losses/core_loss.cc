@@ -21,6 +21,7 @@ constexpr std::size_t kFolds = 5;
 constexpr double kPowerPart = 3e-3;  // what gains and phase leave of a power
 constexpr double kSlipPart = 1e-2;   // likewise of the torque that the slip says
 constexpr double kFloor_W = 0.1;
+constexpr const char* kHeldAtZero = "held at its bound, zero: it came out negative";
 constexpr std::array<double, 5> kFluxExponents{1.6, 1.8, 2.0, 2.2, 2.4};
 constexpr std::array<double, 3> kDragExponents{1.0, 1.5, 2.0};
 constexpr std::array<double, 5> kRiseExponents{2.0, 2.5, 3.0, 3.5, 4.0};
@@ -114,6 +115,7 @@ std::optional<Solution> solve(const Rows& rows) {
 void take(CoreLossLaw& law, const Solution& s, std::size_t records) {
   const auto parameter = [&](Column c, const char* unit) {
     const auto k = static_cast<std::size_t>(c);
+    if (!(s.half[k] > 0.0)) return Parameter{0.0, kMissing, kMissing, unit, kHeldAtZero};
     return Parameter{s.value[k], std::max(0.0, s.value[k] - s.half[k]), s.value[k] + s.half[k], unit,
                      fmt::format("no-load power and slip, {} records", records)};
   };
@@ -282,6 +284,16 @@ CoreLossResult fit_core_loss(const std::vector<NoLoadPoint>& points, int pole_pa
     return out;
   }
   out.physics = *law;
+  const std::array<std::pair<const char*, const Parameter*>, 6> parts{{{"hysteresis", &law->hysteresis_W},
+                                                                       {"eddy", &law->eddy_W},
+                                                                       {"coulomb", &law->coulomb_Nm},
+                                                                       {"viscous", &law->viscous_Nms},
+                                                                       {"windage", &law->windage_Nms2},
+                                                                       {"drag", &law->drag}}};
+  for (const auto& [name, part] : parts) {
+    if (part->found == kHeldAtZero) out.notes.push_back(fmt::format("losses: {} is {}", name, kHeldAtZero));
+  }
+  if (!law->R_r.known()) out.notes.emplace_back("losses: the slip does not determine R_r");
   out.network = network_of(points);
   map_R_c(out);
   double physics2 = 0.0, network2 = 0.0;

@@ -182,6 +182,7 @@ void tell_failures(MapsResult& out, const std::string& method) {
   auto& notes = out.base.notes;
   const ParameterMaps& maps = out.maps;
   notes.insert(notes.end(), maps.notes.begin(), maps.notes.end());
+  notes.insert(notes.end(), maps.core.notes.begin(), maps.core.notes.end());
   if (method == "locked" && !maps.locked.failure.empty())
     throw Error("method \"locked\"", maps.locked.failure, "campaigns/locked.toml takes what it needs");
   if (method == "losses" && !maps.core.failure.empty())

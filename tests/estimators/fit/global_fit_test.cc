@@ -161,5 +161,33 @@ TEST(PointsTerms, DerivativesAreThoseOfDifferences) {
   }
 }
 
+// A motor without saturation: its share lies at zero and its exponent means nothing.
+TEST(GlobalFit, WhatLiesOnABoundOrIsNotDeterminedHasNoIntervalAndIsNamed) {
+  const synthetic::Motor& motor = synthetic::motors()[1];
+  const DataSet data = grid(motor, 40, {0.05, 1e-6, 1e-9, kMissing, kMissing});
+  GlobalProblem problem(data, truth(motor), 2);
+  const std::size_t extra = kSharedPlace[0], exponent = extra + 1;
+  const Freedom free{{0, 1, 2, 3, extra, exponent}, {0, 1, 2, 3}};
+  GlobalPoint start = problem.start(at(truth(motor)));
+  start.shared[extra] = bounds_of(extra).low;
+  problem.settle(start, free.local, problem.all());
+  std::size_t held = 0;
+  for (const double R_s : {0.97, 1.0, 1.03}) {  // whichever sign the noise gives the share
+    GlobalPoint from = start;
+    from.shared[0] *= R_s;
+    const GlobalFit fit = fit_global(problem, from, free, problem.fitted());
+    ASSERT_TRUE(std::isfinite(fit.chi2));
+    for (std::size_t e = 0; e < 4; ++e) EXPECT_GT(fit.sigma(e), 0.0) << shared_name(e);
+    if (fit.at.shared[extra] > bounds_of(extra).low) continue;
+    ++held;
+    EXPECT_EQ(fit.caveat(extra), "on a bound of what it can be");
+    EXPECT_EQ(fit.caveat(exponent), "not determined by these data");
+    EXPECT_TRUE(std::isnan(fit.sigma(extra)));
+    EXPECT_TRUE(std::isnan(fit.sigma(exponent)));
+    EXPECT_EQ(fit.caveat(0), "");
+  }
+  EXPECT_GT(held, 0u);
+}
+
 }  // namespace
 }  // namespace imrig::est

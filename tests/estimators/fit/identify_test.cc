@@ -303,6 +303,28 @@ TEST(IdentifyTest, TheComputedSensitivityDecidesWhichRecordsAreKeptAndSaysSo) {
   expect_truth(paper_motor(), result.model);
 }
 
+TEST(IdentifyTest, AParameterOnItsBoundIsNoResult) {
+  const MachineParameters<double> truth = truth_of(paper_motor());
+  IdentifyOptions options;
+  Model nominal;
+  nominal.pole_pairs = paper_motor().pole_pairs;
+  nominal.R_s.value = truth.R_s;
+  nominal.R_r.value = truth.R_r;
+  nominal.L_l.value = truth.L_l;
+  nominal.L_m.value = truth.L_m / 4.0;  // its bound is three times this
+  options.nominal = nominal;
+  const IdentifyResult result = identify(campaign(paper_motor(), true, 19), options);
+  for (const auto& r : result.records) {
+    if (r.kind != RecordKind::kStep || r.holdout) continue;
+    EXPECT_THAT(r.used_for, Not(Contains("L_m"))) << r.id;
+    const std::string why = r.parameters.at("L_m").left_out + r.rejected;
+    EXPECT_THAT(why, testing::AnyOf(HasSubstr("bound"), HasSubstr("settle"), HasSubstr("misses the current"))) << r.id;
+  }
+  EXPECT_TRUE(std::isnan(result.model.L_m.ci95_high)) << "the given value stays, without an interval";
+  EXPECT_THAT(result.notes, Contains(HasSubstr("L_m is not determined by these records; the given model's value is kept")));
+  EXPECT_THAT(to_json(result), HasSubstr("L_m is not determined by these records"));
+}
+
 TEST(IdentifyTest, MethodDcFindsTheResistanceAlone) {
   IdentifyOptions options;
   options.method = "dc";

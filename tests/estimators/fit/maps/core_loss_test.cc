@@ -62,6 +62,18 @@ TEST(CoreLossTest, SeparatesIronFromFrictionAndStrayDrag) {
   }
 }
 
+TEST(CoreLossTest, APartOnItsBoundIsNamedAndHasNoInterval) {
+  Law law;
+  law.c_1 = -2e-4;  // no bearing does that
+  const CoreLossResult fit = fit_core_loss(tests_of(law), 2);
+  ASSERT_EQ(fit.failure, "");
+  EXPECT_EQ(fit.physics.viscous_Nms.value, 0.0);
+  EXPECT_TRUE(std::isnan(fit.physics.viscous_Nms.ci95_high));
+  bool named = false;
+  for (const std::string& note : fit.notes) named = named || note.find("viscous is held at its bound") != std::string::npos;
+  EXPECT_TRUE(named);
+}
+
 TEST(CoreLossTest, TheNetworkFollowsTheSurfaceAndTheLawThatIsRightPredictsBetter) {
   const CoreLossResult fit = fit_core_loss(tests_of(Law{}), 2);
   ASSERT_EQ(fit.failure, "");
