@@ -11,6 +11,7 @@
 #include "rig/base/config_reader.h"
 #include "rig/base/error.h"
 #include "rig/base/file.h"
+#include "rig/base/toml_text.h"
 
 namespace imrig::est {
 
@@ -116,39 +117,17 @@ void read_effects(const ConfigReader& root, const char* key, std::vector<ActiveE
 
 // ---- writing
 
-// Shortest text that reads back to the same bits, and that TOML takes for a real number.
-std::string number(double x) {
-  std::string text = fmt::format("{}", x);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + "\"";
-}
-
 void write_number(std::string& out, const char* key, double value) {
-  if (std::isfinite(value)) out += fmt::format("{} = {}\n", key, number(value));
+  if (std::isfinite(value)) out += fmt::format("{} = {}\n", key, toml_number(value));
 }
 
 void write_parameter(std::string& out, const Parameter& p) {
-  out += fmt::format("value = {}\n", number(p.value));
+  out += fmt::format("value = {}\n", toml_number(p.value));
   if (std::isfinite(p.ci95_low) && std::isfinite(p.ci95_high)) {
-    out += fmt::format("ci95 = [{}, {}]\n", number(p.ci95_low), number(p.ci95_high));
+    out += fmt::format("ci95 = [{}, {}]\n", toml_number(p.ci95_low), toml_number(p.ci95_high));
   }
-  out += fmt::format("unit = {}\n", quoted(p.unit));
-  if (!p.found.empty()) out += fmt::format("found = {}\n", quoted(p.found));
+  out += fmt::format("unit = {}\n", toml_quoted(p.unit));
+  if (!p.found.empty()) out += fmt::format("found = {}\n", toml_quoted(p.found));
 }
 
 void write_base(std::string& out, const Model& model) {
@@ -172,8 +151,8 @@ void write_ratings(std::string& out, const Ratings& r) {
 }
 
 void write_effect(std::string& out, const char* key, const ActiveEffect& effect) {
-  out += fmt::format("\n[[{}]]\nname = {}\n", key, quoted(effect.name));
-  if (!effect.form.empty()) out += fmt::format("form = {}\n", quoted(effect.form));
+  out += fmt::format("\n[[{}]]\nname = {}\n", key, toml_quoted(effect.name));
+  if (!effect.form.empty()) out += fmt::format("form = {}\n", toml_quoted(effect.form));
   for (const auto& [name, parameter] : effect.parameters) {
     out += fmt::format("[{}.parameters.{}]\n", key, name);
     write_parameter(out, parameter);
@@ -190,7 +169,7 @@ void write_map(std::string& out, const ParameterMap& map) {
 
 void write_revision(std::string& out, const Revision& r) {
   out += fmt::format("\n[[history]]\nnumber = {}\nchange = {}\ndata = {}\ndata_hash = \"{:016x}\"\n",
-                     r.number, quoted(r.change), quoted(r.data), r.data_hash);
+                     r.number, toml_quoted(r.change), toml_quoted(r.data), r.data_hash);
   write_number(out, "fitted_nrmse", r.fitted_nrmse);
   write_number(out, "holdout_nrmse", r.holdout_nrmse);
   write_number(out, "floor_nrmse", r.floor_nrmse);
@@ -224,8 +203,8 @@ std::string to_toml(const Model& model) {
   std::string out =
       "# imrig model; parameters per phase of the equivalent star, SI units. docs/model-file.md\n";
   out += fmt::format("version = {}\nname = {}\npole_pairs = {}\nconnection = \"{}\"\ncircuit = {}\n",
-                     kModelFileVersion, quoted(model.name), model.pole_pairs, model.delta ? "delta" : "star",
-                     quoted(model.circuit));
+                     kModelFileVersion, toml_quoted(model.name), model.pole_pairs, model.delta ? "delta" : "star",
+                     toml_quoted(model.circuit));
   write_ratings(out, model.ratings);
   write_base(out, model);
   for (const auto& effect : model.effects) write_effect(out, "effect", effect);

@@ -6,6 +6,7 @@
 
 #include "rig/base/config_reader.h"
 #include "rig/base/file.h"
+#include "rig/base/toml_text.h"
 
 namespace imrig {
 
@@ -28,19 +29,10 @@ class Reading {
 class Writing {
  public:
   explicit Writing(std::string& text) : text_(text) {}
-  void value(const char* key, double x, Range) {
-    std::string digits = fmt::format("{}", x);  // shortest text that reads back to the same bits
-    if (digits.find_first_of(".e") == std::string::npos) digits += ".0";
-    text_ += fmt::format("{} = {}\n", key, digits);
-  }
+  void value(const char* key, double x, Range) { text_ += fmt::format("{} = {}\n", key, toml_number(x)); }
   void value(const char* key, int x, Range) { text_ += fmt::format("{} = {}\n", key, x); }
   void value(const char* key, const std::string& x) {
-    std::string escaped;
-    for (const char c : x) {
-      if (c == '"' || c == '\\') escaped += '\\';
-      escaped += c;
-    }
-    text_ += fmt::format("{} = \"{}\"\n", key, escaped);
+    text_ += fmt::format("{} = {}\n", key, toml_quoted(x));
   }
 
  private:

@@ -12,6 +12,7 @@
 
 #include "rig/base/error.h"
 #include "rig/base/file.h"
+#include "rig/base/toml_text.h"
 #include "rig/data/folder.h"
 
 namespace imrig {
@@ -34,22 +35,6 @@ std::string number(double x) {
   std::string text;
   append(text, x, "dataset.toml");
   return text;
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      out += '\\';
-      out += c;
-    } else if (static_cast<unsigned char>(c) < 32 || c == 127) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    } else {
-      out += c;
-    }
-  }
-  out += '"';
-  return out;
 }
 
 // {key = value, ...} of the values that are known; empty if none is.
@@ -140,7 +125,7 @@ void check_lengths(const Record& record, const std::vector<NamedColumn>& columns
 }
 
 std::string entry_of(const Record& record, const std::string& file, const std::set<std::string>& ids) {
-  std::string text = fmt::format("\n[[record]]\nid = {}\nkind = \"{}\"\nfile = \"{}\"\n", quoted(record.id),
+  std::string text = fmt::format("\n[[record]]\nid = {}\nkind = \"{}\"\nfile = \"{}\"\n", toml_quoted(record.id),
                                  record_kind_word(record.kind), file);
   const TimeSeries& series = record.series;
   if (record.kind != RecordKind::kPoints)
@@ -149,7 +134,7 @@ std::string entry_of(const Record& record, const std::string& file, const std::s
     text += fmt::format("voltage_filter_s = {}\n", number(series.voltage_filter_s));
   if (series.first_index != 0) text += fmt::format("first_index = {}\n", series.first_index);
   if (record.holdout) text += "holdout = true\n";
-  if (ids.contains(record.repeat_of)) text += fmt::format("repeat_of = {}\n", quoted(record.repeat_of));
+  if (ids.contains(record.repeat_of)) text += fmt::format("repeat_of = {}\n", toml_quoted(record.repeat_of));
   const SetPoint& set = record.set;
   const std::string told = inline_table({{"f_Hz", set.f_Hz},
                                          {"v_peak_V", set.v_peak_V},
@@ -163,7 +148,7 @@ std::string entry_of(const Record& record, const std::string& file, const std::s
 std::string head_of(const DataSet& data) {
   std::string text =
       fmt::format("name = {}\npole_pairs = {}\nconnection = \"{}\"\nquantities = \"star_equivalent\"\n",
-                  quoted(data.name), data.pole_pairs, data.delta ? "delta" : "star");
+                  toml_quoted(data.name), data.pole_pairs, data.delta ? "delta" : "star");
   const std::string noise = inline_table({{"current_A", data.noise.current_A},
                                           {"voltage_V", data.noise.voltage_V},
                                           {"speed_rad_s", data.noise.speed_rad_s},
