@@ -107,6 +107,9 @@ std::string validation(const est::Validation& v) {
         "input power of {} steady windows, of {} W: rms {}, worst {} with maps; rms {}, worst {} with constant parameters\n",
         v.powers.size(), shown(v.rated_W, 4), percent(v.rms_full), percent(v.worst_full), percent(v.rms_rated),
         percent(v.worst_rated));
+    if (v.held_out > 0)
+      out += fmt::format("{} of them in records that no fit saw: rms {}, worst {}\n", v.held_out, percent(v.rms_held_out),
+                         percent(v.worst_held_out));
   }
   out += fmt::format("constant parameters: those of {}\n", v.constants_from);
   return out + transients(v.steps, "voltage steps") + transients(v.starts, "starts from zero");

@@ -150,6 +150,7 @@ Json validation(const Validation& v) {
            {{"windows", v.powers.size()},
             {"related_to_W", number(v.rated_W)},
             {"full", {{"rms", number(v.rms_full)}, {"worst", number(v.worst_full)}}},
+            {"held_out", {{"windows", v.held_out}, {"rms", number(v.rms_held_out)}, {"worst", number(v.worst_held_out)}}},
             {"constant", {{"rms", number(v.rms_rated)}, {"worst", number(v.worst_rated)}}}}},
           {"steps", transients(v.steps)},
           {"starts", transients(v.starts)}};

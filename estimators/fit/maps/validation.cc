@@ -162,7 +162,22 @@ class Validating {
     }
     const double n = static_cast<double>(out_.powers.size());
     out_.rms_full = std::sqrt(full2 / n);
+    held_out();
     out_.rms_rated = std::sqrt(rated2 / n);
+  }
+
+  void held_out() {
+    double square = 0.0, worst = 0.0;
+    for (const PowerCheck& check : out_.powers) {
+      if (!check.holdout) continue;
+      const double off = (check.full_W - check.measured_W) / out_.rated_W;
+      ++out_.held_out;
+      square += off * off;
+      worst = std::max(worst, std::abs(off));
+    }
+    if (out_.held_out == 0) return;
+    out_.rms_held_out = std::sqrt(square / static_cast<double>(out_.held_out));
+    out_.worst_held_out = worst;
   }
 
   const DataSet& data_;

@@ -42,6 +42,8 @@ struct Validation {
   double rated_W = kMissing;           // what errors of power are related to: the largest measured input
   double worst_full = kMissing, rms_full = kMissing;    // of rated_W
   double worst_rated = kMissing, rms_rated = kMissing;
+  std::size_t held_out = 0;            // of the windows: in records that no fit saw
+  double worst_held_out = kMissing, rms_held_out = kMissing;
 };
 
 // The circuit of the steady window with the largest input power, as a test at rated load would give it: warm, saturated.

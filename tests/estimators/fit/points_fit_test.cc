@@ -120,6 +120,35 @@ TEST(PointsFitTest, WrongNumberOfPolePairsIsNamedWithTheRightOne) {
   }
 }
 
+// One load at one voltage, many times: one phasor, which is two numbers for three unknowns.
+TEST(PointsFitTest, WhatATableCannotSeparateIsNamedAndNoResult) {
+  const Motor& m = synthetic::motors()[1];
+  const auto truth = truth_of(m);
+  DataSet data;
+  data.name = "one point";
+  data.pole_pairs = m.pole_pairs;
+  Record record;
+  record.id = "table";
+  record.kind = RecordKind::kPoints;
+  for (int k = 0; k < 8; ++k) record.points.push_back(t_circuit_point(m, m.v_peak_V, m.f_Hz, 0.05 * m.slip));
+  data.records.push_back(record);
+  IdentifyOptions options;
+  options.method = "points";
+  Model nominal;
+  nominal.pole_pairs = m.pole_pairs;
+  nominal.R_s.value = truth.R_s;
+  options.nominal = nominal;
+  try {
+    const IdentifyResult result = identify(data, options);
+    EXPECT_THAT(result.records[0].used_for, testing::Not(testing::Contains("L_l")));
+    EXPECT_FALSE(result.model.L_l.known());
+    EXPECT_THAT(result.notes, testing::Contains(testing::HasSubstr("L_l is not determined")));
+    EXPECT_FALSE(result.records[0].parameters.at("L_l").left_out.empty());
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("no record determines any parameter"));
+  }
+}
+
 TEST(PointsFitTest, OnePointIsTooFew) {
   PointsOptions options;
   options.pole_pairs = 2;
