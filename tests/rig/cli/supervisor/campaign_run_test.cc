@@ -166,6 +166,39 @@ TEST(CampaignRun, EmergencyStopEndsItWithTheReasonAndExitCodeOne) {
   EXPECT_THAT(read_text(journal_path(folder / "c")), HasSubstr("emergency stop"));
 }
 
+// A rig's configuration that knows of more than three times the motor's leakage sees no trip coming.
+TEST(CampaignRun, TripThatThePlanAllowsCostsItsPointAndNoMore) {
+  const Folder folder;
+  RigConfig rig;
+  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0&recv_buf_size=4194304";
+  rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
+  rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
+  rig.limits.device_watchdog_ms = 1500;
+  rig.limits.link_silence_ms = rig.limits.lease_ms = 3000;
+  rig.motor.L_l_H = 0.02;
+  rig.limits.current_A = 25.0;
+  write_text_atomically(folder / "rig.toml", to_toml(rig));
+  const std::string points =
+      "[[point]]\nid = \"start\"\nkind = \"startup\"\nfrequency_Hz = 60\nvoltage_percent = 40\n"
+      "[[point]]\nid = \"idle\"\nkind = \"steady\"\nfrequency_Hz = 40\nvoltage_percent = 50\n";
+  const auto taken = [&](const std::string& name, int allowed) {
+    const std::string limits = "[limits]\ntrips_allowed = " + std::to_string(allowed) + "\n";
+    write_text_atomically(folder / (name + ".toml"), "version = 1\nname = \"trips\"\n" + limits + points);
+    const auto outcome = run({"imrig", "campaign", "run", folder / (name + ".toml"), "--config", folder / "rig.toml",
+                              "--emulate", source("models/plants/proca_5hp.toml"), "--pace", "max", "--out",
+                              folder / name, "--json"});
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    return json::parse(outcome.out);
+  };
+  const json none = taken("none", 0), one = taken("one", 1);
+  EXPECT_EQ(none.at("end"), "tripped");
+  EXPECT_EQ(none.at("points_done"), 0);
+  EXPECT_EQ(one.at("end"), "failed") << "a point is missing";
+  EXPECT_EQ(one.at("points_tripped"), 1);
+  EXPECT_EQ(one.at("points_done"), 1);
+  EXPECT_EQ(journalled(folder / "one", "point"), std::multiset<std::string>{"idle"});
+}
+
 TEST(CampaignRun, ChangedPlanIsNotResumed) {
   const Folder folder;
   write_text_atomically(folder / "plan.toml",
