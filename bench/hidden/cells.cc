@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 
 #include "rig/base/error.h"
 
@@ -48,12 +49,12 @@ const std::vector<Kind>& kinds() {
                                      {"inverter_dead_time", "inverter_dead_time", true},
                                      {"voltage_gain", "supply_unbalance"},
                                      {"current_gain", "current_gain"},
-                                     {"current_offset", "current_offset"},
+                                     {"current_offset", "current_offset", false, "", true},
                                      {"stator_unbalance", "stator_unbalance"},
                                      {"broken_bar", "broken_bar"},
-                                     {"voltage_lag", "voltage_lag"},
-                                     {"speed_bias", "speed_bias"},
-                                     {"interbar_current", ""},
+                                     {"voltage_lag", "voltage_lag", false, "", true},
+                                     {"speed_bias", "speed_bias", false, "", true},
+                                     {"interbar_current", "", false, "rotor_skin_effect"},
                                      {"dc_link_ripple", "", true},
                                      {"clock_jitter", ""},
                                      {"adc_clipping", ""},
@@ -70,15 +71,38 @@ const Kind& kind(const std::string& name) {
 
 const std::vector<Cell>& cells() {
   static const std::vector<Cell> all = [] {
-    std::vector<Cell> list{{"nothing", {}}, {"nothing_commanded", {}}};
+    std::vector<Cell> list{{"nothing"}, {"nothing_commanded"}};
     for (const Kind& k : kinds()) list.push_back({k.name, {k.name}});
     for (const auto& [a, b] :
          {std::pair{"magnetizing_saturation", "leakage_saturation"},
           std::pair{"rotor_skin_effect", "rotor_heating"}, std::pair{"iron_loss", "magnetizing_saturation"}})
       list.push_back({fmt::format("{}+{}", a, b), {a, b}});
+    list.push_back({"triple", {}, 3});
+    for (const NoiseFlavour& n : noise_flavours()) list.push_back({"nothing_" + n.name, {}, 0, false, n});
+    for (const Kind& k : kinds()) {
+      // Core loss and a speed error are one and the same to every measurement at the terminals.
+      const bool gauge = k.truth == "core_loss" || k.truth == "speed_bias";
+      if (!k.truth.empty() && !gauge) list.push_back({k.name + "_removed", {k.name}, 0, true});
+    }
+    for (const char* other : {"permanent_magnet", "reluctance"}) list.push_back({other, {}, 0, false, {}, other});
     return list;
   }();
   return all;
+}
+
+std::vector<std::string> hidden_in(const Cell& cell, std::uint64_t seed) {
+  // Without twins: each of them can be told from all the others.
+  std::vector<std::string> pool{"magnetizing_saturation", "leakage_saturation", "rotor_skin_effect", "iron_loss",
+                                "rotor_heating",          "current_gain",       "voltage_lag",
+                                "stator_unbalance",       "broken_bar"};
+  std::vector<std::string> out = cell.hidden;
+  std::mt19937_64 bits(seed * 0xa0761d6478bd642full + 3);
+  for (int n = 0; n < cell.drawn; ++n) {
+    const auto at = static_cast<std::ptrdiff_t>(bits() % pool.size());
+    out.push_back(pool[static_cast<std::size_t>(at)]);
+    pool.erase(pool.begin() + at);
+  }
+  return out;
 }
 
 const Cell& cell(const std::string& name) {

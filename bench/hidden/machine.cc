@@ -32,8 +32,9 @@ Machine draw_machine(std::uint64_t seed) {
   m.rotor_leakage_H = L - std::sqrt(m.L_m * L);
   m.rotor_R = m.R_r * L / m.L_m;
   m.w_slip_rad_s = 0.9 * m.R_r * m.i_A / m.psi_Wb;
-  m.current_range_A = 4.5 * m.i_A, m.voltage_range_V = 1.9 * m.v_V;
-  m.current_noise_A = 7.5e-4 * m.current_range_A, m.voltage_noise_V = 7.5e-4 * m.voltage_range_V;
+  // A step from 2.8 times rated, at rest, reaches 5 times with its offset.
+  m.current_range_A = 7.0 * m.i_A, m.voltage_range_V = 1.9 * m.v_V;
+  m.current_noise_A = 5e-4 * m.current_range_A, m.voltage_noise_V = 7.5e-4 * m.voltage_range_V;
   return m;
 }
 

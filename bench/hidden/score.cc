@@ -52,6 +52,26 @@ std::string told(const est::CandidateResult& c) {
   return text;
 }
 
+void count_false(const est::Diagnosis& d, Outcome& out) {
+  for (const est::Finding& f : d.search.findings) {
+    bool told = out.holds(est::name_of(f.candidate));
+    for (const std::size_t rival : f.rivals) told = told || out.holds(est::kEffectInfos[rival].name);
+    out.false_accepted += told ? 0 : 1;
+  }
+}
+
+// Of the base parameters, where all that was hidden was accepted and nothing else.
+void count_covered(const est::Diagnosis& d, Outcome& out) {
+  if (!out.seal.exact || out.seal.outside || !out.exact()) return;
+  const Machine& m = out.seal.machine;
+  const double truth[] = {m.R_s, m.R_r, m.L_l, m.L_m};
+  const est::WorkingModel& model = d.search.final.model;
+  for (std::size_t e = 0; e < est::kBase; ++e) {
+    ++out.intervals;
+    out.covered += std::abs(model.at.shared[e] - truth[e]) <= 1.959964 * model.sigma(e) ? 1 : 0;
+  }
+}
+
 void read(const est::Diagnosis& d, Outcome& out) {
   out.verdict = d.verdict, out.named = d.effect, out.confusable = d.confusable;
   for (const est::Candidate& c : d.search.final.model.active) out.accepted.push_back(est::name_of(c));
@@ -61,21 +81,16 @@ void read(const est::Diagnosis& d, Outcome& out) {
     out.sqrt_lambda = std::sqrt(std::max(c.score, 0.0));
     out.d = c.distinguishability;
   }
+  out.doubted = d.unexplained.has_value() || !d.search.at_floor;
+  count_false(d, out);
+  count_covered(d, out);
   const auto& changes = d.search.changes;
   if (changes.empty()) return;
   out.chi2_before = changes.front().fitted.chi2_per_value(),
   out.chi2_after = changes.back().fitted.chi2_per_value();
+  out.excess = std::sqrt(std::max(0.0, out.chi2_before - 1.0) * changes.front().fitted.values);
   out.base_holdout_over_floor = over_floor(changes.front().holdout);
   out.holdout_over_floor = over_floor(changes.back().holdout);
-}
-
-double wilson(const Share& s, double side) {
-  if (s.of == 0) return side > 0.0 ? 1.0 : 0.0;
-  constexpr double z = 1.959964;
-  const double n = s.of, p = s.value();
-  const double middle = p + z * z / (2.0 * n),
-               half = z * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
-  return std::clamp((middle + side * half) / (1.0 + z * z / n), 0.0, 1.0);
 }
 
 }  // namespace
@@ -104,9 +119,6 @@ double Outcome::excess_removed() const {
   return 1.0 - std::max(0.0, chi2_after - 1.0) / (chi2_before - 1.0);
 }
 
-double Share::low() const { return wilson(*this, -1.0); }
-double Share::high() const { return wilson(*this, 1.0); }
-
 Outcome score(const Sealed& sealed, int threads, const SealOptions* follow) {
   Outcome out;
   out.seal = sealed.seal;
@@ -115,6 +127,7 @@ Outcome score(const Sealed& sealed, int threads, const SealOptions* follow) {
     const est::Model model = base_model(sealed, threads, out.base_from);
     est::DiagnoseOptions options;
     options.threads = threads;
+    if (cell(sealed.seal.cell).removed) options.without = sealed.seal.truth;
     const est::Diagnosis diagnosis = est::diagnose(model, sealed.data, options);
     read(diagnosis, out);
     if (follow != nullptr && out.set_holds_truth() && out.set_holds_rival())

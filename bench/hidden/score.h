@@ -1,6 +1,5 @@
 #pragma once
-// What diagnosis made of a sealed data set, compared with the seal after it has spoken; and shares of runs
-// with the interval that so many runs allow.
+// What diagnosis made of a sealed data set, compared with the seal after it has spoken.
 
 #include <optional>
 #include <string>
@@ -17,10 +16,14 @@ struct Outcome {
   std::string base_from;  // "identified" or "rough"
   std::string verdict, named;
   std::string estimate;  // of what was named
+  bool doubted = false;  // it was said that something remains, or that records held out are off
   std::vector<std::string> confusable, accepted;
   double sqrt_lambda = 0.0, d = 0.0;           // of what was hidden, in the first step; d NaN: no rival
   double chi2_before = 0.0, chi2_after = 0.0;  // a fitted value
+  double excess = 0.0;                         // sqrt of the chi2 above what noise leaves, before
   double holdout_over_floor = 0.0, base_holdout_over_floor = 0.0;
+  int false_accepted = 0;          // neither hidden nor told to be confusable with what was
+  int covered = 0, intervals = 0;  // 95 % intervals of R_s, R_r, L_l, L_m, where the model can be the plant
   double seconds = 0.0;
   std::optional<FollowUp> follow;  // of an ambiguous run with the truth and a rival in the set
 
@@ -34,14 +37,5 @@ struct Outcome {
 
 // follow: the options the seal was made with, where the next experiment is to be taken too.
 Outcome score(const Sealed& sealed, int threads = 2, const SealOptions* follow = nullptr);
-
-struct Share {
-  int good = 0, of = 0;
-  void count(bool yes) { good += yes ? 1 : 0, ++of; }
-  double value() const { return of > 0 ? static_cast<double>(good) / of : 0.0; }
-  // Wilson's 95 % interval (Wilson 1927, J. Am. Stat. Assoc. 22).
-  double low() const;
-  double high() const;
-};
 
 }  // namespace imrig::bench

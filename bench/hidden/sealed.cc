@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "bench/hidden/other_machine.h"
 #include "plant/plant.h"
 #include "plant/plant_config.h"
 #include "rig/base/space_vector.h"
@@ -111,13 +112,36 @@ Zeros zeros_of(const plant::PlantConfig& config) {
   return zeros;
 }
 
+// What sensors count, with noise of another flavour on top where the plant has none.
+class Counts {
+ public:
+  Counts(const NoiseFlavour& flavour, const Machine& m, const plant::SensorScale& scale, std::uint64_t seed)
+      : own_(flavour.own()) {
+    const double share = std::sqrt(1.0 - flavour.white_share() * flavour.white_share());
+    current_ = share * m.current_noise_A / scale.current_A_per_count;
+    voltage_ = share * m.voltage_noise_V / scale.voltage_V_per_count;
+    for (std::uint64_t n = 0; n < 6; ++n) channels_.emplace_back(flavour, 6 * seed + n);
+  }
+  double current(std::int16_t count, std::size_t phase) { return with(count, current_, phase); }
+  double voltage(std::int16_t count, std::size_t phase) { return with(count, voltage_, 3 + phase); }
+
+ private:
+  double with(std::int16_t count, double sigma, std::size_t channel) {
+    return own_ ? std::round(count + sigma * channels_[channel].next()) : count;
+  }
+  bool own_;
+  double current_ = 0.0, voltage_ = 0.0;  // counts
+  std::vector<FlavouredNoise> channels_;
+};
+
 // Runs a profile; `late` moves the noise's stream, which starts anew with every plant.
 TimeSeries run(plant::PlantConfig config, const Profile& profile, const Zeros& zeros, bool commanded,
-               const Flaw& flaw, int thin, std::size_t late) {
+               const Flaw& flaw, int thin, std::size_t late, const Machine& m, const NoiseFlavour& flavour) {
   config.mechanics.held_speed_rpm = rpm_of_rad_s(profile.speed_rad_s);
   plant::Plant plant(config);
   const plant::SensorScale scale = plant.scale();
   for (std::size_t k = 0; k < late; ++k) plant.step({});
+  Counts sensed(flavour, m, scale, late + 1000003 * config.seed);
   const auto before = static_cast<std::size_t>(profile.settle_s / kStep_s);
   const auto length = static_cast<std::size_t>(profile.length_s / kStep_s);
   TimeSeries series;
@@ -129,14 +153,14 @@ TimeSeries run(plant::PlantConfig config, const Profile& profile, const Zeros& z
     const auto v = phases(asked(profile, t + 0.5 * kStep_s));
     const auto raw = plant.step({{v[0], v[1], v[2]}, true});
     if (k < before) continue;
+    std::array<double, 6> x{};
+    for (std::size_t p = 0; p < 3; ++p)
+      x[p] = sensed.current(raw.i[p], p) - zeros[p], x[3 + p] = sensed.voltage(raw.v[p], p) - zeros[3 + p];
     counts.push_back(raw.encoder);
     if ((k - before) % static_cast<std::size_t>(thin) != 0) continue;
-    const auto& z = zeros;
-    series.i.push_back(scale.current_A_per_count *
-                       space_vector(raw.i[0] - z[0], raw.i[1] - z[1], raw.i[2] - z[2]));
+    series.i.push_back(scale.current_A_per_count * space_vector(x[0], x[1], x[2]));
     series.v.push_back(commanded ? asked(profile, t + kStep_s)
-                                 : scale.voltage_V_per_count *
-                                       space_vector(raw.v[0] - z[3], raw.v[1] - z[4], raw.v[2] - z[5]));
+                                 : scale.voltage_V_per_count * space_vector(x[3], x[4], x[5]));
     series.stator_C.push_back(static_cast<double>(raw.stator_C));
   }
   const auto speed =
@@ -160,13 +184,18 @@ Noise noise_of(const Machine& m, double range, bool commanded) {
 }
 
 Seal seal_of(const Cell& cell, Strength strength, std::uint64_t seed) {
-  Seal seal{cell.name, strength, seed, {}, false, draw_machine(seed)};
-  for (const std::string& name : cell.hidden) {
+  Seal seal;
+  seal.cell = cell.name, seal.strength = strength, seal.seed = seed;
+  seal.machine = draw_machine(seed);
+  seal.machine.current_noise_A *= cell.noise.scale, seal.machine.voltage_noise_V *= cell.noise.scale;
+  seal.hidden = hidden_in(cell, seed);
+  seal.outside = cell.removed || !cell.other_machine.empty();
+  seal.exact = cell.other_machine.empty();
+  for (const std::string& name : seal.hidden) {
     const Kind& k = kind(name);
-    if (k.truth.empty())
-      seal.outside = true;
-    else
-      seal.truth.push_back(k.truth);
+    seal.outside = seal.outside || k.truth.empty();
+    seal.exact = seal.exact && k.exact;
+    if (!k.truth.empty()) seal.truth.push_back(k.truth);
   }
   return seal;
 }
@@ -177,12 +206,13 @@ class Bench {
   Bench(const Cell& cell, const Seal& seal, const SealOptions& options)
       : cell_(cell), seal_(seal), options_(options) {
     commanded_ = cell.name == "nothing_commanded" ||
-                 std::any_of(cell.hidden.begin(), cell.hidden.end(),
+                 std::any_of(seal.hidden.begin(), seal.hidden.end(),
                              [](const std::string& h) { return kind(h).commanded; });
     Flaw at_rest;
     range_ = at_rest.current_range = flaw(0.0).current_range;
     zeros_ = zeros_of(config(at_rest));
   }
+  bool commanded() const { return commanded_; }
   Noise noise() const { return noise_of(seal_.machine, range_, commanded_); }
 
   Record record(std::size_t n, const Profile& drive, double warmth) const {
@@ -190,20 +220,23 @@ class Bench {
     out.id = fmt::format("r{}", n);
     out.kind = drive.dc ? RecordKind::kDc : RecordKind::kStep;
     const Flaw hidden = flaw(warmth);
-    out.series = run(config(hidden), drive, zeros_, commanded_, hidden, options_.thin, 173 * n);
+    out.series = run(config(hidden), drive, zeros_, commanded_, hidden, options_.thin, 173 * n, seal_.machine,
+                     cell_.noise);
     return out;
   }
 
  private:
   Flaw flaw(double warmth) const {
     Flaw out;
-    for (const std::string& name : cell_.hidden) add_flaw(seal_.machine, name, seal_.strength, warmth, out);
+    for (const std::string& name : seal_.hidden) add_flaw(seal_.machine, name, seal_.strength, warmth, out);
     return out;
   }
   plant::PlantConfig config(const Flaw& flaw) const {
+    Machine m = seal_.machine;
+    m.current_noise_A *= cell_.noise.white_share(), m.voltage_noise_V *= cell_.noise.white_share();
     return plant::parse_plant_config(
-        plant_toml(seal_.machine, seal_.seed, flaw.inverter,
-                   flaw.current_range * seal_.machine.current_range_A, kFilter_s + flaw.extra_lag_s,
+        plant_toml(m, seal_.seed, flaw.inverter,
+                   flaw.current_range * m.current_range_A, kFilter_s + flaw.extra_lag_s,
                    flaw.sensors, flaw.effects.find("rotor_skin_effect") == std::string::npos) +
             flaw.effects,
         "hidden");
@@ -216,6 +249,25 @@ class Bench {
   double range_ = 1.0;
   Zeros zeros_{};
 };
+
+// No induction motor: frequency x flux x load angle, and at rest.
+void add_other_machine(const Cell& cell, const SealOptions& options, Sealed& out) {
+  const Machine& m = out.seal.machine;
+  const OtherMachine other = other_machine(cell.other_machine, m);
+  const auto add = [&](double share_of_f, double flux, double load, bool locked) {
+    const std::size_t n = out.data.records.size();
+    out.data.records.push_back(other_record(other, m, share_of_f * m.f_Hz, flux, load, locked, out.data.noise,
+                                            kStep_s * options.thin, options.record_s, 977 * out.seal.seed + n));
+    out.data.records.back().id = fmt::format("r{}", n);
+    out.data.records.back().holdout = n % 6 == 5;
+  };
+  for (const double f : {0.33, 0.67, 1.0}) {
+    for (const double flux : {0.8, 0.95, 1.1}) {
+      for (const double load : {0.05, 0.3, 0.6}) add(f, flux, load, false);
+    }
+  }
+  for (const double f : {0.33, 0.5, 0.67, 0.83, 1.0}) add(f, 1.0, 0.2 * f, true);
+}
 
 }  // namespace
 
@@ -232,13 +284,18 @@ Sealed make_sealed(const Cell& cell, Strength strength, std::uint64_t seed, cons
   DataSet& data = out.data;
   data.name = "bench";
   data.pole_pairs = m.pole_pairs;
-  data.accuracy = {kGain, kGain};
+  data.accuracy = {kGain, bench.commanded() ? 0.0 : kGain};
   data.noise = bench.noise();
+  if (!cell.other_machine.empty()) {
+    add_other_machine(cell, options, out);
+    return out;
+  }
   for (std::size_t n = 0; n < drives.size(); ++n) {
     const double warmth = drives[n].dc ? 0.0 : static_cast<double>(bits() >> 11) * 0x1p-53;
     data.records.push_back(bench.record(n, drives[n], warmth));
     data.records.back().holdout = !drives[n].dc && !drives[n].edge && n % 6 == 5;
   }
+  data.noise.current_A *= cell.noise.declared, data.noise.voltage_V *= cell.noise.declared;
   return out;
 }
 

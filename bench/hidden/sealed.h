@@ -18,7 +18,9 @@ struct Seal {
   Strength strength = Strength::kMedium;
   std::uint64_t seed = 0;
   std::vector<std::string> truth;  // in the model's library's words
+  std::vector<std::string> hidden; // of kinds()
   bool outside = false;            // the library has no such physics
+  bool exact = false;              // the fitted model can be the plant: its base parameters are the machine's
   Machine machine;
 };
 

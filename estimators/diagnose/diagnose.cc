@@ -33,7 +33,7 @@ void add_estimate(const WorkingModel& model, const Candidate& candidate, Candida
   out.estimate.clear();
   for (const std::size_t e : shared_entries(candidate)) {
     const EffectParameter& p = shared_parameter(e);
-    const double value = model.at.shared[e], sigma = model.fit.sigma(e);
+    const double value = model.at.shared[e], sigma = model.sigma(e);
     out.estimate[p.name] = {value, value - kNormal975 * sigma, value + kNormal975 * sigma, p.unit, "refit"};
   }
 }
@@ -151,6 +151,8 @@ std::string listed(const std::vector<std::string>& names) {
 void explain_findings(const SearchStep& step, Diagnosis& d) {
   const EffectInfo& info = kEffectInfos[d.search.findings.front().candidate.effect];
   d.explanation.push_back(fmt::format("{}.", info.sentence));
+  if (info.alike[0] != '\0')
+    d.explanation.push_back(fmt::format("The same equation holds for {}: measurements at the terminals cannot tell.", info.alike));
   std::string values;
   for (const auto& [name, p] : d.candidates.front().estimate)
     values += fmt::format("{}{} = {:.4g}{} (95 %: {:.4g} to {:.4g})", values.empty() ? "" : "; ", name,
@@ -189,9 +191,10 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   if (d.search.findings.empty()) {
     // Records left out that are off though the fit is not: too few to hold the parameters.
     const bool fits = first.base.chi2 < kBand * static_cast<double>(first.base.model.fit.values);
-    d.verdict = before < kBand ? (few_could_be_seen(d) ? "cannot_tell" : "adequate")
-                : fits         ? "cannot_tell"
-                               : "unknown";
+    if (before < kBand)
+      d.verdict = few_could_be_seen(d) ? "cannot_tell" : d.search.at_floor ? "adequate" : "unknown";
+    else
+      d.verdict = fits ? "cannot_tell" : "unknown";
   } else {
     const Finding& main = d.search.findings.front();
     d.confusable.push_back(name_of(main.candidate));
@@ -211,12 +214,12 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.unexplained = describe_unexplained(problem, d.search.final);
 }
 
-void explain(const GlobalProblem& problem, Diagnosis& d) {
+void explain(const GlobalProblem& problem, const std::vector<std::string>& without, Diagnosis& d) {
   const SearchStep& first = d.search.steps.front();
   if (!problem.noise().declared)
     d.explanation.push_back(
         "No noise is declared: it was taken from the data, and figures relative to it are estimates.");
-  if (problem.noise().declared_factor > kBelieved)
+  if (problem.noise().declared_factor > kBelieved || problem.noise().declared_factor < 1.0 / kBelieved)
     d.explanation.push_back(
         fmt::format("The current's noise is {:.2g} times what was declared; the data are believed.",
                     problem.noise().declared_factor));
@@ -236,7 +239,18 @@ void explain(const GlobalProblem& problem, Diagnosis& d) {
     d.explanation.push_back("No effect of the library explains the misfit: " + d.unexplained->description);
   if (d.verdict == "cannot_tell")
     d.explanation.push_back("The data excite the motor too little to show most effects.");
-  d.explanation.push_back(fmt::format("Ranked among {} effects.", d.ranked_among));
+  d.explanation.push_back(fmt::format("Ranked among {} effects{}.", d.ranked_among,
+                                      without.empty() ? "" : "; ruled out: " + listed(without)));
+}
+
+std::vector<std::size_t> ruled_out(const std::vector<std::string>& names) {
+  std::set<std::size_t> out;
+  for (const std::string& name : names) {
+    const auto effect = effect_number(name);
+    if (!effect) throw Error("diagnose", fmt::format("no effect is called \"{}\"", name), "imrig model effects lists them");
+    out.insert(*effect);
+  }
+  return {out.begin(), out.end()};
 }
 
 }  // namespace
@@ -251,11 +265,13 @@ Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOption
   const GlobalProblem problem(data, model.machine(), options.threads);
   if (problem.fitted().empty()) throw Error("diagnose", "finds hold-out records only", "some must be fitted");
   Diagnosis out;
-  out.ranked_among = kEffects;
-  out.search = search(problem, working_model(problem, model), {options.most_effects, options.report});
+  WorkingModel start = working_model(problem, model);
+  start.barred = ruled_out(options.without);
+  out.ranked_among = kEffects - start.barred.size();
+  out.search = search(problem, start, {options.most_effects, options.report});
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
-  explain(problem, out);
+  explain(problem, options.without, out);
   suggest(problem, model, options, out);
   return out;
 }

@@ -55,11 +55,12 @@ struct Diagnosis {
 struct DiagnoseOptions {
   int threads = 2;
   std::size_t most_effects = 3;
+  std::vector<std::string> without;  // effects that are ruled out, by name
   SearchReport report;
   std::optional<RigRange> range;  // of the next experiment; without: what the data have seen
 };
 
-// Throws Error: pole pairs differ, a base parameter is not known, no record can be simulated.
+// Throws Error: pole pairs differ, no effect has such a name, a base parameter is not known, no record can be simulated.
 Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOptions& options = {});
 
 struct Improvement {

@@ -23,6 +23,7 @@ struct Options {
   std::string model;
   std::vector<std::string> data;
   bool json = false;
+  std::vector<std::string> without;
   std::string plan, rig;
   bool force = false;
 };
@@ -46,6 +47,7 @@ int run(const Options& options) {
   const DataSet data = load_data(options.data);
   est::DiagnoseOptions wanted;
   wanted.report = search_report();
+  wanted.without = options.without;
   if (!options.rig.empty()) wanted.range = est::range_of(load_rig_config(options.rig));
   est::Diagnosis diagnosis = est::diagnose(model, data, wanted);
   write_plan(options, diagnosis);
@@ -67,6 +69,7 @@ void add_diagnose(CLI::App& app, int& exit_code) {
       app.add_subcommand("diagnose", "Say which physical effect a model lacks, with evidence and doubt");
   verb->add_option("model", options->model, "model file")->required();
   verb->add_option("data", options->data, "data-set folders or event logs")->required();
+  verb->add_option("--without", options->without, "effects that are ruled out for this motor")->delimiter(',');
   verb->add_option("--plan", options->plan, "where to write the campaign plan of the next experiment");
   verb->add_option("--rig", options->rig,
                    "rig.toml, for its limits; else the experiment stays within the data's");

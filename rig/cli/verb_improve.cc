@@ -22,6 +22,7 @@ struct Options {
   std::vector<std::string> data;
   std::string out;
   std::string report;
+  std::vector<std::string> without;
   bool json = false;
 };
 
@@ -30,6 +31,7 @@ void run(const Options& options) {
   const DataSet data = load_data(options.data);
   est::DiagnoseOptions wanted;
   wanted.report = search_report();
+  wanted.without = options.without;
   const est::Improvement improvement = est::improve(model, data, wanted);
   est::save_model(improvement.model, options.out);
   std::string report;
@@ -53,6 +55,7 @@ void add_improve(CLI::App& app, int& exit_code) {
   verb->add_option("data", options->data, "data-set folders or event logs")->required();
   verb->add_option("--out", options->out, "model file to write")->required();
   verb->add_option("--report", options->report, "folder for report.html, one file that needs nothing else");
+  verb->add_option("--without", options->without, "effects that are ruled out for this motor")->delimiter(',');
   verb->add_flag("--json", options->json, "print JSON");
   verb->callback([options, &exit_code] {
     run(*options);

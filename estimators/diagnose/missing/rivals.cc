@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "estimators/model/effects/registry.h"
+
 namespace imrig::est {
 
 namespace {
@@ -56,6 +58,12 @@ void add(std::vector<std::size_t>& list, std::size_t effect) {
   if (std::find(list.begin(), list.end(), effect) == list.end()) list.push_back(effect);
 }
 
+// Named for lying outside its accuracy: taken out, it is still followed, and nothing has to explain it instead.
+bool sensor_error(const WorkingModel& model, std::size_t effect) {
+  return std::any_of(model.nuisances.begin(), model.nuisances.end(),
+                     [&](std::size_t e) { return effect_of_shared(e) == effect; });
+}
+
 struct Swap {
   std::size_t out;
   Trial trial;
@@ -67,6 +75,7 @@ std::optional<Swap> best_swap(const GlobalProblem& problem, Search& search, doub
   const double values = static_cast<double>(search.final.model.fit.values);
   for (Finding& finding : search.findings) {
     finding.rivals.clear();
+    if (sensor_error(search.final.model, finding.candidate.effect)) continue;
     for (const Trial* rival : rivals_of(search, finding.candidate.effect)) {
       Trial trial =
           try_swapping(problem, search.final.model, finding.candidate.effect, *rival, problem.fitted());

@@ -189,7 +189,7 @@ std::vector<Candidate> candidates_for(const GlobalProblem& problem, const Workin
                                   [](const auto& e) { return e.series != nullptr; });
   std::vector<Candidate> out;
   for (std::size_t k = 0; k < kEffects; ++k) {
-    if (model.has(k)) continue;
+    if (model.has(k) || std::count(model.barred.begin(), model.barred.end(), k) > 0) continue;
     const EffectInfo& info = kEffectInfos[k];
     if (info.needs == Needs::kTorque && !problem.has_torque()) continue;
     if (info.needs == Needs::kSeries && !series) continue;

@@ -128,6 +128,42 @@ Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& can
   return trial;
 }
 
+bool on_bound(const Trial& trial) {
+  for (const std::size_t e : shared_entries(trial.candidate)) {
+    const EffectParameter& p = shared_parameter(e);
+    const double value = trial.model.at.shared[e], close = 1e-6 * (p.high - p.low);
+    if (p.only_in_reach && (value < p.low + close || value > p.high - close)) return true;
+  }
+  return false;
+}
+
+void refuse_on_bound(Trial& trial) {
+  if (!trial.sound || !on_bound(trial)) return;
+  trial.sound = false;
+  trial.unsound = "a shape sits on its bound";
+}
+
+// The best of fits from each scanned shape, after one that failed.
+void start_again(const GlobalProblem& problem, const WorkingModel& from, std::size_t tried,
+                 const std::vector<std::size_t>& which, Trial& best) {
+  const std::size_t effect = best.candidate.effect;
+  for (std::size_t n = 0; n < kScans; ++n) {
+    const SharedVector<double> shapes = scanned(from, n);
+    WorkingModel next = from;
+    next.active.push_back(best.candidate);
+    bool same = n == tried, shaped = false;
+    for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
+      const EffectParameter& p = shared_parameter(e);
+      if (p.role == Role::kShape) next.at.shared[e] = shapes[e], shaped = shaped || !p.scan.empty();
+      if (p.role == Role::kAmplitude) next.at.shared[e] = p.neutral + p.scale;
+    }
+    if (same || !shaped) continue;
+    Trial again = run(problem, std::move(next), best.candidate, which);
+    refuse_on_bound(again);
+    if (again.sound && (!best.sound || again.chi2 < best.chi2)) best = std::move(again);
+  }
+}
+
 }  // namespace
 
 double Judgement::nrmse() const { return signal2 > 0.0 ? std::sqrt(error2 / signal2) : kMissing; }
@@ -162,7 +198,10 @@ Trial try_adding(const GlobalProblem& problem, const WorkingModel& model, const 
     next.at.shared[score.amplitudes[k]] =
         std::clamp(start, std::max(p.low, -100.0 * p.scale), std::min(p.high, 200.0 * p.scale));
   }
-  return run(problem, std::move(next), score.candidate, which);
+  Trial trial = run(problem, std::move(next), score.candidate, which);
+  refuse_on_bound(trial);
+  if (!trial.sound) start_again(problem, model, score.scan, which, trial);
+  return trial;
 }
 
 Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Candidate& form,

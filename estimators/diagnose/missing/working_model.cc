@@ -51,7 +51,7 @@ Parameter parameter_of(const WorkingModel& working, std::size_t entry, const cha
   Parameter p;
   p.value = working.at.shared[entry];
   p.unit = unit;
-  const double sigma = working.fit.sigma(entry);
+  const double sigma = working.sigma(entry);
   if (std::isfinite(sigma)) {
     p.ci95_low = p.value - kNormal975 * sigma;
     p.ci95_high = p.value + kNormal975 * sigma;
@@ -104,6 +104,24 @@ std::vector<Prior> WorkingModel::live_priors() const {
   std::vector<Prior> out = priors;
   std::erase_if(out, [this](const Prior& p) { return p.entry >= kBase && has(effect_of_shared(p.entry)); });
   return out;
+}
+
+double WorkingModel::gain_sigma() const {
+  double square = common_gain * common_gain;
+  for (const char* mismatch : {"current_gain", "supply_unbalance"}) {
+    const std::size_t number = *effect_number(mismatch);
+    if (!has(number)) continue;
+    const double a = at.shared[kSharedPlace[number]], b = at.shared[kSharedPlace[number] + 1];
+    // Gains a, b, -(a + b) about their mean, or a negative sequence a + jb.
+    square += mismatch[0] == 'c' ? (a * a + b * b + a * b) / 3.0 : a * a + b * b;
+  }
+  return std::sqrt(square);
+}
+
+double WorkingModel::sigma(std::size_t entry) const {
+  const std::string_view unit = entry < kBase ? "ohm" : shared_parameter(entry).unit;
+  const bool impedance = unit.starts_with("ohm") || unit.starts_with("S");
+  return std::hypot(fit.sigma(entry), impedance ? gain_sigma() * at.shared[entry] : 0.0);
 }
 
 bool WorkingModel::has(std::size_t effect) const {
@@ -164,6 +182,8 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
     out.priors.push_back({0, model.R_s.value, std::max(sigma, 1e-4 * model.R_s.value)});
   }
   const Accuracy& accuracy = problem.data().accuracy;
+  // Three independent errors of a channel have a mean of sigma/sqrt(3).
+  out.common_gain = std::hypot(accuracy.current_gain, accuracy.voltage_gain) / std::sqrt(3.0);
   admit("supply_unbalance", accuracy.voltage_gain / std::sqrt(6.0), out);
   admit("voltage_lag", kLagShare * problem.sample_time_s(), out);
   admit("current_offset", kOffsetShare * problem.largest_current_A(), out);

@@ -32,10 +32,19 @@ struct WorkingModel {
   std::vector<Prior> priors;  // R_s as the DC test left it; sensor errors inside their declared accuracy
   std::vector<std::size_t>
       nuisances;  // entries that are free inside their accuracy, unless their effect is active
+  double common_gain = 0.0;  // declared sigma of the mean gain error, current against voltage
+  std::vector<std::size_t> barred;  // effects that the user has ruled out
 
   Freedom freedom() const;
   std::vector<Prior> live_priors() const;  // without those of active effects
   bool has(std::size_t effect) const;
+  // Sigma of what the gain errors of all channels together do to every impedance, which no fit sees: as declared, and
+  // where channels do not match each other by more than that, their mean is as unsure as three errors of that size make
+  // it.
+  double gain_sigma() const;
+  // Of a shared entry: the fit's, and of an impedance what the gains of the sensors may hide from every fit.
+  // NaN where it was not free.
+  double sigma(std::size_t entry) const;
 };
 
 // The effects of a model in their forms. Throws Error: unknown form.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/fit/global/driven_record.h"
 #include "rig/base/error.h"
 
 namespace imrig::est {
@@ -10,6 +11,7 @@ namespace imrig::est {
 namespace {
 
 constexpr std::size_t kStretch = 64;
+constexpr double kMostColour = 3.0;  // beyond that a constant current is not constant
 
 double median(std::vector<double>& x) {
   if (x.empty()) return 0.0;
@@ -30,6 +32,47 @@ void add_stretches(const std::vector<X>& x, std::vector<double>& out) {
       sum += square(x[k + 1] - 2.0 * x[k] + x[k - 1]);
     out.push_back(sum / (6.0 * static_cast<double>(kStretch - 2)));
   }
+}
+
+// The same over averages of `by` neighbours of a constant, lines removed from each stretch: sigma of one sample, as
+// if the noise were white. The root of the mean square over stretches.
+template <class X>
+void add_averages(const std::vector<X>& x, std::size_t by, std::vector<double>& out) {
+  const std::size_t length = kStretch * by;
+  for (std::size_t from = 0; from + length <= x.size(); from += length) {
+    X mean{}, slope{};
+    std::vector<X> block(kStretch);
+    const double middle = 0.5 * static_cast<double>(kStretch - 1);
+    double spread = 0.0;
+    for (std::size_t b = 0; b < kStretch; ++b) {
+      for (std::size_t m = 0; m < by; ++m) block[b] += x[from + b * by + m];
+      block[b] *= 1.0 / static_cast<double>(by);
+      const double u = static_cast<double>(b) - middle;
+      mean += block[b] * (1.0 / static_cast<double>(kStretch));
+      slope += block[b] * u;
+      spread += u * u;
+    }
+    double sum = 0.0;
+    for (std::size_t b = 0; b < kStretch; ++b)
+      sum += square(block[b] - mean - slope * ((static_cast<double>(b) - middle) / spread));
+    out.push_back(sum * static_cast<double>(by) / static_cast<double>(kStretch - 2));
+  }
+}
+
+// What averages over kThinnedTime_s keep of the noise of constant currents and voltages; 0: no such records.
+struct Kept {
+  double current_A = 0.0, voltage_V = 0.0;
+};
+Kept kept_by_averages(const DataSet& data) {
+  std::vector<double> current, voltage;
+  for (const Record& record : data.records) {
+    const TimeSeries& s = record.series;
+    if (record.kind != RecordKind::kDc || !(s.sample_time_s > 0.0) || s.v.size() != s.i.size()) continue;
+    const auto by = static_cast<std::size_t>(std::max(1.0, std::floor(kThinnedTime_s / s.sample_time_s + 1e-9)));
+    add_averages(s.i, by, current);
+    add_averages(s.v, by, voltage);
+  }
+  return {std::sqrt(median(current)), std::sqrt(median(voltage))};
 }
 
 double either(double declared, double seen) { return std::isfinite(declared) ? declared : seen; }
@@ -57,10 +100,29 @@ NoiseEstimate noise_levels(const DataSet& data) {
   out.levels = {either(data.noise.current_A, out.seen.current_A),
                 either(data.noise.voltage_V, out.seen.voltage_V),
                 either(data.noise.speed_rad_s * data.pole_pairs, out.seen.speed_rad_s)};
+  const Kept kept = kept_by_averages(data);
+  const auto colour_of = [](double averaged, double seen) {
+    return averaged > kBelieved * seen && seen > 0.0 ? std::min(kMostColour, averaged / seen) : 1.0;
+  };
+  out.colour = colour_of(kept.current_A, out.seen.current_A);
+  const double current_A = out.colour * out.seen.current_A;
+  // What a regulator does to the voltage is no noise: it is coloured no more than the current.
+  const double voltage_V = std::min(out.colour, colour_of(kept.voltage_V, out.seen.voltage_V)) * out.seen.voltage_V;
   if (out.declared) {
-    out.declared_factor = out.seen.current_A / data.noise.current_A;
-    if (out.declared_factor > kBelieved) out.levels.current_A = out.seen.current_A;
+    out.declared_factor = current_A / data.noise.current_A;
+    if (out.declared_factor > kBelieved || out.declared_factor < 1.0 / kBelieved) out.levels.current_A = current_A;
+  } else {
+    out.levels.current_A = current_A;
   }
+  // Ripple of the supply is voltage, and looks like noise: more than was declared is believed where it is the colour
+  // that makes it more, or as far as the current's was declared too small; less is.
+  const double declared = data.noise.voltage_V;
+  const bool quieter = voltage_V * kBelieved < declared;
+  const bool coloured = out.colour > 1.0 && out.seen.voltage_V < kBelieved * declared;
+  if (!std::isfinite(declared) || quieter || coloured)
+    out.levels.voltage_V = voltage_V;
+  else if (out.declared_factor > kBelieved)
+    out.levels.voltage_V = std::max(declared, std::min(voltage_V, declared * out.declared_factor));
   return out;
 }
 

@@ -30,6 +30,7 @@ struct EffectParameter {
   double low, high;
   double scale;                       // a change of this size matters to an engineer
   std::span<const double> scan = {};  // of a shape: values to try
+  bool only_in_reach = false;         // of a shape: bounds are not nature's, they only keep a search in reach
 };
 
 // One way to put an effect into numbers: which of its parameters are free. From plain to rich.
@@ -53,6 +54,7 @@ struct EffectInfo {
   std::span<const EffectForm> forms;
   std::span<const EffectParameter> shared;      // one value for the motor
   std::span<const EffectParameter> local = {};  // one value a record
+  const char* alike = "";                       // physics outside the library with the same equation
 };
 
 inline constexpr double kUnknown_C = -1e9;  // no temperature was measured

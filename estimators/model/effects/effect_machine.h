@@ -91,20 +91,22 @@ class EffectMachine {
   }
 
   State derivative(const State& x, const Inside& in, const Instant& at) const {
-    T rotor(1.0);
+    T warm(1.0);
     Cx<T> asymmetry;
     each([&](const auto& law) {
-      law.rotor_resistance(rotor, at);
-      law.skin(rotor, x.psi_r, in.i_rotor);
+      law.rotor_resistance(warm, at);
       law.rotor_asymmetry(asymmetry, in.i_rotor, at);
     });
+    T rotor = warm;
+    each([&](const auto& law) { law.skin(rotor, x.psi_r, in.i_rotor); });
     const T slip = in.w_r - at.w_k;
     State d;
     d.psi_s = in.e_s - turned(at.w_k, x.psi_s);
     Cx<T> carried = in.i_rotor;
     if (layered_) {
       carried = scaled(1.0 + rise_, in.i_rotor - x.i_b);
-      d.i_b = scaled(corner_, scaled(rise_, in.i_rotor) - scaled(1.0 + rise_, x.i_b)) + turned(slip, x.i_b);
+      // A warm bar's resistance over the slot's leakage: its layers settle the quicker.
+      d.i_b = scaled(corner_ * warm, scaled(rise_, in.i_rotor) - scaled(1.0 + rise_, x.i_b)) + turned(slip, x.i_b);
     }
     d.psi_r = scaled(base_.R_r * rotor, carried) + scaled(base_.R_r, asymmetry) + turned(slip, x.psi_r);
     return d;

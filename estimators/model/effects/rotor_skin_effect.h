@@ -5,7 +5,8 @@
 // Two layers: the top of the bar carries i_r - i_b, the bottom i_b behind the slot's leakage,
 //   drop = R_r (1 + rise) (i_r - i_b),   di_b/dt = corner (rise i_r - (1 + rise) i_b)  in the rotor's frame
 // which is R_r at standstill of the flux, R_r (1 + rise) far above the corner, and lowers the rotor's leakage
-// with frequency as a deep bar does (Levy, Landy and McCulloch 1990).
+// with frequency as a deep bar does (Levy, Landy and McCulloch 1990). The corner is a resistance over a leakage, and
+// rises with the temperature of the bar as R_r does.
 
 #include <cmath>
 
@@ -21,7 +22,7 @@ class RotorSkinEffect : public EffectLaw<T> {
   static constexpr EffectParameter kShared[] = {
       {"k6_ohm_s", "ohm s", Role::kAmplitude, 0.0, 0.0, 1.0, 2e-5},
       {"rise", "1", Role::kAmplitude, 0.0, 0.0, 20.0, 0.02},
-      {"corner_rad_s", "rad/s", Role::kShape, 200.0, 5.0, 5000.0, 50.0, kCorners}};
+      {"corner_rad_s", "rad/s", Role::kShape, 200.0, 5.0, 5000.0, 50.0, kCorners, true}};
   static constexpr std::size_t kForm0[] = {0};
   static constexpr std::size_t kForm1[] = {1, 2};
   static constexpr EffectForm kForms[] = {{"line", kForm0, false, false},
@@ -34,7 +35,9 @@ class RotorSkinEffect : public EffectLaw<T> {
       "low-current locked-like frequency sweep at constant temperature",
       Needs::kAnything,
       kForms,
-      kShared};
+      kShared,
+      {},
+      "currents between the bars of a skewed cage, and a second cage"};
 
   RotorSkinEffect(const T* p, const T*) : p_(p), line_(live(p, 1)), layer_(live(p + 1, 1)) {}
 

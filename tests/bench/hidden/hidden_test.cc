@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "bench/hidden/score.h"
+#include "bench/hidden/share.h"
 
 namespace imrig::bench {
 namespace {
@@ -69,10 +70,13 @@ TEST(SealedData, MachinesSpanHalfToFiftyKilowattsAndDiffer) {
 
 // Wilson's interval against the worked figures in Newcombe 1998, Statistics in Medicine 17: 81 of 263.
 TEST(Shares, HaveWilsonsInterval) {
-  const Share s{81, 263};
+  Share s;
+  s.add(81, 263);
   EXPECT_NEAR(s.low(), 0.2553, 1e-4);
   EXPECT_NEAR(s.high(), 0.3662, 1e-4);
-  EXPECT_DOUBLE_EQ((Share{0, 10}).low(), 0.0);
+  Share none;
+  none.add(0, 10);
+  EXPECT_DOUBLE_EQ(none.low(), 0.0);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "estimators/diagnose/diagnose_json.h"
+#include "rig/base/error.h"
+#include "rig/base/space_vector.h"
 #include "tests/estimators/fit/synthetic.h"
 
 namespace imrig::est {
@@ -97,6 +99,44 @@ TEST(Diagnose, NamesEachFlawOfTheSensors) {
     const Diagnosis d = diagnose(model_of(motor), grid(motor, 7, c.flaw));
     EXPECT_EQ(d.effect, c.effect) << d.verdict;
     EXPECT_EQ(d.verdict, "missing") << c.effect;
+  }
+}
+
+TEST(Diagnose, NamesNothingElseWhereWhatIsThereIsRuledOut) {
+  const auto& motor = synthetic::motors()[1];
+  const DataSet data = grid(motor, 7, {}, [&](std::size_t n) {
+    synthetic::Motor m = motor;
+    m.R_r *= 1.0 + 0.25 * static_cast<double>((n * 7) % 18) / 18.0;
+    return m;
+  });
+  DiagnoseOptions options;
+  options.without = {"rotor_heating"};
+  const Diagnosis d = diagnose(model_of(motor), data, options);
+  EXPECT_EQ(d.verdict, "unknown") << d.effect;
+  EXPECT_EQ(d.ranked_among, 15u);
+  options.without = {"no_such_effect"};
+  EXPECT_THROW(diagnose(model_of(motor), data, options), Error);
+}
+
+// One current sensor that reads 1 % too much makes every impedance 0.33 % too small, which no fit can see.
+TEST(Diagnose, WhereChannelsDoNotMatchTheIntervalsHoldWhatTheirMeanMayBe) {
+  const auto& motor = synthetic::motors()[1];
+  const Model truth = model_of(motor);
+  DataSet data = grid(motor, 7, [](Record& r) {
+    for (auto& i : r.series.i) {
+      auto phase = phases(i);
+      phase[0] *= 1.01;
+      i = space_vector(phase[0], phase[1], phase[2]);
+    }
+  });
+  data.accuracy = {0.001, 0.001};
+  const Improvement found = improve(truth, data);
+  EXPECT_EQ(found.diagnosis.effect, "current_gain");
+  for (const auto p : {&Model::R_r, &Model::L_l, &Model::L_m}) {
+    const Parameter& seen = found.model.*p;
+    EXPECT_LT(seen.ci95_low, (truth.*p).value);
+    EXPECT_GT(seen.ci95_high, (truth.*p).value);
+    EXPECT_LT(seen.ci95_high - seen.ci95_low, 0.02 * seen.value);
   }
 }
 

@@ -225,6 +225,31 @@ TEST(Effects, TheBarsTwoLayersAreRrAtRestAndRiseFarAboveTheCorner) {
   }
 }
 
+// Resistances h times as large, the slot's leakage as it was: Z(w) of the warm bar is h Z(w / h) of the cold one.
+TEST(Effects, AWarmBarsCornerRisesWithItsResistance) {
+  const double rise = 1.5, corner = 100.0, h = 1.2, w = 150.0;
+  const auto impedance = [&](double warmth, double slip_rad_s) {
+    auto p = neutral();
+    p[entry("rotor_skin_effect.rise")] = rise;
+    p[entry("rotor_skin_effect.corner_rad_s")] = corner;
+    auto local = neutral_local();
+    local[kLocalPlace[*effect_number("rotor_heating")]] = warmth - 1.0;
+    const EffectMachine<double> machine(p, local);
+    Instant at;
+    at.w_k = 0.0;
+    const Complex i = plain(machine.inside(state({0.2, 0.1}, {0.15, 0.12}), 0.0, 0.0, at).i_rotor);
+    // The layer's rate is linear in its current: its steady current follows from two of them.
+    const auto rate = [&](Complex i_b) {
+      return machine.derivative(state({0.2, 0.1}, {0.15, 0.12}, i_b), 0.0, 0.0, at);
+    };
+    const Complex slope = plain(rate(1.0).i_b) - plain(rate(0.0).i_b);
+    const Complex i_b = plain(rate(0.0).i_b) / (Complex(0.0, slip_rad_s) - slope);
+    return plain(rate(i_b).psi_r) / i;
+  };
+  EXPECT_LT(std::abs(impedance(h, w) - h * impedance(1.0, w / h)), 1e-12);
+  EXPECT_GT(std::abs(impedance(h, w) - h * impedance(1.0, w)), 1e-3);
+}
+
 TEST(Effects, IronAtTheStatorTakesItsConductanceTimesTheEmf) {
   auto p = neutral();
   const auto bare_i = plain(EffectMachine<double>(p, neutral_local())
