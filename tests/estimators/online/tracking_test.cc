@@ -127,6 +127,7 @@ void track(const Case& given, const std::string& name, Worst& worst) {
   EXPECT_LT(worst.R_r, 0.02);
   EXPECT_LT(worst.R_1, 0.015);
   EXPECT_LT(worst.predicted, 0.02);
+  EXPECT_LT(worst.joint, 0.025);
   // Against the thermometer of the plant: R_1 tells the cage's temperature.
   EXPECT_NEAR(now.rotor_C.value, motor.state().rotor_C, 5.0);
 }
