@@ -72,7 +72,7 @@ bool richer_wins(const Trial& richer, const Trial& plain) {
 
 bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) {
   const Trial& base = step.base;
-  if (!trial.sound || trial.size < 1.0) return false;
+  if (!trial.sound || !trial.determined || trial.size < 1.0) return false;
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
@@ -168,7 +168,7 @@ Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t eff
     if (forms[f].local || best.left_out_chi2 < values_of(best)) continue;
     Trial richer = try_form(problem, from, {effect, f}, problem.fitted());
     if (richer.chi2 < best.chi2) from = richer.model;
-    if (richer.sound && richer_wins(richer, best)) best = std::move(richer);
+    if (richer.sound && richer.determined && richer_wins(richer, best)) best = std::move(richer);
   }
   return best;
 }

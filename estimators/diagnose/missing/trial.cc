@@ -44,6 +44,10 @@ void check(const GlobalFit& fit, Trial& trial) {
     return;
   }
   trial.sound = true;
+  for (const std::size_t e : shared_entries(trial.candidate)) {
+    const bool flat = std::find(fit.flat.begin(), fit.flat.end(), e) != fit.flat.end();
+    if (shared_parameter(e).role == Role::kAmplitude && flat) trial.determined = false;
+  }
 }
 
 // Wald statistic of the amplitudes with the covariance from record to record.

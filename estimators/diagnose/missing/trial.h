@@ -15,6 +15,7 @@ struct Trial {
   WorkingModel model;
   bool sound = false;
   std::string unsound;           // why not
+  bool determined = true;        // no amplitude of what was added lies in a direction that the data leave open
   double chi2 = 0.0;             // of the fitted entries
   double left_out_chi2 = 0.0;    // sum over records, each judged by the others
   std::vector<double> left_out;  // of each fitted entry

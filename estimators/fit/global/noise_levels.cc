@@ -100,6 +100,7 @@ NoiseEstimate noise_levels(const DataSet& data) {
   out.levels = {either(data.noise.current_A, out.seen.current_A),
                 either(data.noise.voltage_V, out.seen.voltage_V),
                 either(data.noise.speed_rad_s * data.pole_pairs, out.seen.speed_rad_s)};
+  if (current.empty()) return out;  // steady points alone show no noise
   const Kept kept = kept_by_averages(data);
   const auto colour_of = [](double averaged, double seen) {
     return averaged > kBelieved * seen && seen > 0.0 ? std::min(kMostColour, averaged / seen) : 1.0;
@@ -108,8 +109,11 @@ NoiseEstimate noise_levels(const DataSet& data) {
   const double current_A = out.colour * out.seen.current_A;
   // What a regulator does to the voltage is no noise: it is coloured no more than the current.
   const double voltage_V = std::min(out.colour, colour_of(kept.voltage_V, out.seen.voltage_V)) * out.seen.voltage_V;
+  // Filtered data look quiet from sample to sample: less than was declared takes a constant current to believe.
+  const bool constant = kept.current_A > 0.0;
   if (out.declared) {
     out.declared_factor = current_A / data.noise.current_A;
+    if (!constant) out.declared_factor = std::max(1.0, out.declared_factor);
     if (out.declared_factor > kBelieved || out.declared_factor < 1.0 / kBelieved) out.levels.current_A = current_A;
   } else {
     out.levels.current_A = current_A;
@@ -117,7 +121,7 @@ NoiseEstimate noise_levels(const DataSet& data) {
   // Ripple of the supply is voltage, and looks like noise: more than was declared is believed where it is the colour
   // that makes it more, or as far as the current's was declared too small; less is.
   const double declared = data.noise.voltage_V;
-  const bool quieter = voltage_V * kBelieved < declared;
+  const bool quieter = constant && voltage_V * kBelieved < declared;
   const bool coloured = out.colour > 1.0 && out.seen.voltage_V < kBelieved * declared;
   if (!std::isfinite(declared) || quieter || coloured)
     out.levels.voltage_V = voltage_V;

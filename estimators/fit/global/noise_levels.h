@@ -19,7 +19,7 @@ struct NoiseEstimate {
   NoiseLevels seen;              // from the data, from sample to sample
   double colour = 1.0;           // what averages of the current keep over what they would keep of white noise
   bool declared = false;         // the current's noise was declared
-  double declared_factor = 1.0;  // seen over declared noise of the current; 1 where it was not declared
+  double declared_factor = 1.0;  // seen over declared noise of the current; 1 where it was not declared or cannot be seen
 };
 
 // records: of the set, in its frame and not thinned is best; those given are used as they are.

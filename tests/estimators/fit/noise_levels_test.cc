@@ -85,6 +85,25 @@ TEST(NoiseLevels, AreThoseSeenWhereHalfOrTwiceWasDeclared) {
   }
 }
 
+// Filtered data look quiet from sample to sample though they are not.
+TEST(NoiseLevels, AreNotBelievedToBeLessThanDeclaredWithoutAConstantCurrent) {
+  DataSet moving = data({}, declared(0.1, 0.4));
+  moving.records.resize(4);
+  const NoiseEstimate n = noise_levels(moving);
+  EXPECT_EQ(n.levels.current_A, 0.1);
+  EXPECT_EQ(n.levels.voltage_V, 0.4);
+  EXPECT_EQ(n.declared_factor, 1.0);
+}
+
+TEST(NoiseLevels, AreThoseDeclaredWhereThereAreSteadyPointsOnly) {
+  DataSet table;
+  table.pole_pairs = 2;
+  table.noise = declared(0.1, 0.4);
+  const NoiseEstimate n = noise_levels(table);
+  EXPECT_EQ(n.levels.current_A, 0.1);
+  EXPECT_EQ(n.declared_factor, 1.0);
+}
+
 TEST(NoiseLevels, DoNotTakeASupplysRippleForNoiseOfTheVoltageSensor) {
   Made made;
   made.ripple_V = 3.0;
