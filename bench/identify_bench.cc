@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/command.h"
-#include "bench/hidden/score.h"
+#include "bench/hidden/share.h"
 #include "bench/result.h"
 #include "estimators/diagnose/refit_model.h"
 #include "estimators/fit/identify.h"
