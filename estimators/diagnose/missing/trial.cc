@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimators/model/effects/registry.h"
 
@@ -64,7 +65,7 @@ void add_strength(const GlobalProblem& problem, Trial& trial) {
     values.push_back(fit.at.shared[e] - shared_parameter(e).neutral);
     trial.size = std::max(trial.size, std::abs(values.back()) / material_size(problem, fit.at.shared, e));
   }
-  if (rows.empty()) return;
+  if (rows.empty() || fit.covariance.size() == 0) return;  // a fit that failed has no intervals
   const auto n = static_cast<Eigen::Index>(rows.size());
   double wald = 0.0;
   // The most certain of its amplitudes speaks for the effect.
@@ -125,6 +126,7 @@ Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& can
   trial.left_out = left_out(model.fit.terms);
   model.fit.terms = {};  // as large as the data's normal equations, and not needed again
   for (const double x : trial.left_out) trial.left_out_chi2 += x;
+  if (!std::isfinite(trial.left_out_chi2)) trial.left_out_chi2 = std::numeric_limits<double>::infinity();
   check(model.fit, trial);
   trial.model = std::move(model);
   add_strength(problem, trial);
