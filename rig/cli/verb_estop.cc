@@ -47,8 +47,9 @@ int run(const std::string& config_path) {
   const BusConfig config = bus_of_rig(config_path);
   const auto bus = open_lcm_bus(config);
   std::int64_t seq = 0;
-  send_stop(*bus, ++seq);  // before anything else
+  // Listens before it sends: a campaign that hears the stop takes its own rig down, and its last words count.
   RigWatch rig(*bus);
+  send_stop(*bus, ++seq);
   const std::int64_t started_us = monotonic_us();
   const auto stopped = [&] {
     return rig.anybody() && not_stopped(rig).empty() && monotonic_us() - started_us >= kEverybody_us;

@@ -52,6 +52,14 @@ std::multiset<std::string> journalled(const std::string& folder, const std::stri
   return ids;
 }
 
+RigConfig rig_on_free_ports(const std::string& bus_options = "") {
+  RigConfig rig;
+  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0" + bus_options;
+  rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
+  rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
+  return rig;
+}
+
 TEST(CampaignRun, QuickPlanRunsWholeWithoutALostSample) {
   const Folder folder;
   const auto outcome = run(command(folder / "c", {"--json"}));
@@ -147,11 +155,7 @@ TEST(CampaignRun, CtrlCStopsSafelyWithExitCodeOneAndAnIntactJournal) {
 
 TEST(CampaignRun, EmergencyStopEndsItWithTheReasonAndExitCodeOne) {
   const Folder folder;
-  RigConfig rig;
-  rig.bus.url =
-      "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0&recv_buf_size=4194304";
-  rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
-  rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
+  const RigConfig rig = rig_on_free_ports("&recv_buf_size=4194304");
   write_text_atomically(folder / "rig.toml", to_toml(rig));
   std::vector<std::string> argv = command(folder / "c", {"--config", folder / "rig.toml"}, "2");
   argv[0] = std::string(IMRIG_BIN_DIR) + "/imrig";
@@ -159,7 +163,7 @@ TEST(CampaignRun, EmergencyStopEndsItWithTheReasonAndExitCodeOne) {
   ASSERT_TRUE(test::wait_until(
       [&] { return has_journal(folder / "c") && read_journal(folder / "c").done.size() >= 3; }, 120));
   const auto estop = run({"imrig", "estop", "--config", folder / "rig.toml"});
-  EXPECT_EQ(estop.exit_code, 0) << estop.err;
+  EXPECT_EQ(estop.exit_code, 0) << estop.err << read_text(folder / "campaign.log");
   ASSERT_TRUE(test::wait_until([&] { return !campaign.running(); }, 120));
   EXPECT_EQ(campaign.exit_code(), 1) << read_text(folder / "campaign.log");
   EXPECT_THAT(campaign.last_words(), HasSubstr("emergency stop"));
@@ -169,10 +173,7 @@ TEST(CampaignRun, EmergencyStopEndsItWithTheReasonAndExitCodeOne) {
 // A rig's configuration that knows of more than three times the motor's leakage sees no trip coming.
 TEST(CampaignRun, TripThatThePlanAllowsCostsItsPointAndNoMore) {
   const Folder folder;
-  RigConfig rig;
-  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0&recv_buf_size=4194304";
-  rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
-  rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
+  RigConfig rig = rig_on_free_ports("&recv_buf_size=4194304");
   rig.limits.device_watchdog_ms = 1500;
   rig.limits.link_silence_ms = rig.limits.lease_ms = 3000;
   rig.motor.L_l_H = 0.02;
@@ -299,10 +300,7 @@ TEST(Up, DeadProcessStopsTheRigWithExitCodeOne) {
 
 TEST(Up, AbsentHardwareIsAWarningAndTheRigIsDegraded) {
   const Folder folder;
-  RigConfig rig;
-  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_udp_port()) + "?ttl=0";
-  rig.bridge.link = "udp://127.0.0.1:" + std::to_string(test::free_udp_port());
-  rig.dyno.link = "tcp://127.0.0.1:" + std::to_string(test::free_tcp_port());
+  const RigConfig rig = rig_on_free_ports();
   write_text_atomically(folder / "rig.toml", to_toml(rig));
   ChildProcess up(
       {"imrig",
