@@ -10,7 +10,6 @@
 #include <complex>
 
 #include "estimators/model/base_machine.h"
-#include "estimators/model/effects/saturation_law.h"
 #include "estimators/online/r_r_observer/rotor_resistance.h"
 
 namespace imrig::est {
@@ -31,10 +30,7 @@ class IronCircuit {
   explicit IronCircuit(const IronConfig& config) : c_(config) {}
 
   void settle(Complex psi_s, Complex psi_r, double w_r) {
-    if (c_.saturation.extra > 0.0) {
-      const MagneticCurve& m = c_.saturation;
-      g_ = saturation_share(Cx<double>(psi_r + (1.0 - m.place) * (psi_s - psi_r)), m.extra, m.exponent, m.settling, m.psi_ref_Wb);
-    }
+    if (c_.saturation.extra > 0.0) g_ = c_.saturation.share(saturating(psi_s, psi_r));
     const double G = c_.eddy_S + c_.hysteresis_S_rad_s / std::max(std::abs(w_r), kSlowest_rad_s);
     G_r_ = c_.place * G;
     G_s_ = (1.0 - c_.place) * G;
@@ -42,7 +38,7 @@ class IronCircuit {
 
   Currents currents(const MachineParameters<double>& p, Complex psi_s, Complex psi_r, Complex v, double w_r) const {
     const double place = c_.saturation.place;
-    const Complex i_l = (psi_s - psi_r) / p.L_l, i_x = (g_ / p.L_m) * (psi_r + (1.0 - place) * (psi_s - psi_r));
+    const Complex i_l = (psi_s - psi_r) / p.L_l, i_x = (g_ / p.L_m) * saturating(psi_s, psi_r);
     Currents out;
     out.magnetizing = psi_r / p.L_m + place * i_x;
     out.stator = (i_l + (1.0 - place) * i_x + G_s_ * v) / (1.0 + G_s_ * p.R_s);
@@ -51,6 +47,10 @@ class IronCircuit {
   }
 
  private:
+  Complex saturating(Complex psi_s, Complex psi_r) const {
+    return psi_r + (1.0 - c_.saturation.place) * (psi_s - psi_r);
+  }
+
   static constexpr double kSlowest_rad_s = 6.0;  // below it the iron has no EMF to speak of
   IronConfig c_;
   double g_ = 0.0, G_s_ = 0.0, G_r_ = 0.0;

@@ -149,21 +149,31 @@ void refuse_on_bound(Trial& trial) {
   trial.unsound = "a shape sits on its bound";
 }
 
+// With a candidate in it, its shapes at their n-th scanned values.
+WorkingModel with(const WorkingModel& model, const Candidate& candidate, std::size_t n) {
+  WorkingModel next = model;
+  const SharedVector<double> shapes = scanned(model, n);
+  next.active.push_back(candidate);
+  for (std::size_t e = kSharedPlace[candidate.effect]; e < kSharedPlace[candidate.effect + 1]; ++e) {
+    if (shared_parameter(e).role == Role::kShape) next.at.shared[e] = shapes[e];
+  }
+  return next;
+}
+
 // The best of fits from each scanned shape, after one that failed.
 void start_again(const GlobalProblem& problem, const WorkingModel& from, std::size_t tried,
                  const std::vector<std::size_t>& which, Trial& best) {
   const std::size_t effect = best.candidate.effect;
+  const auto parameters = kEffectInfos[effect].shared;
+  if (std::none_of(parameters.begin(), parameters.end(), [](const auto& p) { return !p.scan.empty(); }))
+    return;
   for (std::size_t n = 0; n < kScans; ++n) {
-    const SharedVector<double> shapes = scanned(from, n);
-    WorkingModel next = from;
-    next.active.push_back(best.candidate);
-    bool same = n == tried, shaped = false;
+    if (n == tried) continue;
+    WorkingModel next = with(from, best.candidate, n);
     for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
       const EffectParameter& p = shared_parameter(e);
-      if (p.role == Role::kShape) next.at.shared[e] = shapes[e], shaped = shaped || !p.scan.empty();
       if (p.role == Role::kAmplitude) next.at.shared[e] = p.neutral + p.scale;
     }
-    if (same || !shaped) continue;
     Trial again = run(problem, std::move(next), best.candidate, which);
     refuse_on_bound(again);
     if (again.sound && (!best.sound || again.chi2 < best.chi2)) best = std::move(again);
@@ -189,14 +199,7 @@ Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::
 
 Trial try_adding(const GlobalProblem& problem, const WorkingModel& model, const Score& score,
                  const std::vector<std::size_t>& which) {
-  WorkingModel next = model;
-  next.at.shared = model.at.shared;
-  const SharedVector<double> shapes = scanned(model, score.scan);
-  next.active.push_back(score.candidate);
-  for (std::size_t e = kSharedPlace[score.candidate.effect]; e < kSharedPlace[score.candidate.effect + 1];
-       ++e) {
-    if (shared_parameter(e).role == Role::kShape) next.at.shared[e] = shapes[e];
-  }
+  WorkingModel next = with(model, score.candidate, score.scan);
   for (std::size_t k = 0; k < score.amplitudes.size(); ++k) {
     const EffectParameter& p = shared_parameter(score.amplitudes[k]);
     double start = k < score.change.size() ? p.neutral + score.change[k] : p.scale;

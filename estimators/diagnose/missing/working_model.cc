@@ -107,15 +107,15 @@ std::vector<Prior> WorkingModel::live_priors() const {
 }
 
 double WorkingModel::gain_sigma() const {
-  double square = common_gain * common_gain;
-  for (const char* mismatch : {"current_gain", "supply_unbalance"}) {
-    const std::size_t number = *effect_number(mismatch);
-    if (!has(number)) continue;
-    const double a = at.shared[kSharedPlace[number]], b = at.shared[kSharedPlace[number] + 1];
-    // Gains a, b, -(a + b) about their mean, or a negative sequence a + jb.
-    square += mismatch[0] == 'c' ? (a * a + b * b + a * b) / 3.0 : a * a + b * b;
-  }
-  return std::sqrt(square);
+  // A parameter of an effect that is active.
+  const auto found = [this](const char* effect, const char* parameter) {
+    return has(*effect_number(effect)) ? at.shared[entry_named(effect, parameter)] : 0.0;
+  };
+  // Gains a, b, -(a + b) about their mean; a negative sequence.
+  const double a = found("current_gain", "phase_a"), b = found("current_gain", "phase_b");
+  const double real = found("supply_unbalance", "real"), imaginary = found("supply_unbalance", "imaginary");
+  return std::sqrt(common_gain * common_gain + (a * a + b * b + a * b) / 3.0 + real * real +
+                   imaginary * imaginary);
 }
 
 double WorkingModel::sigma(std::size_t entry) const {

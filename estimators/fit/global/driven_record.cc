@@ -35,9 +35,8 @@ double gain_of(const FrameRecord& frame, std::size_t by) {
 
 void thin(DrivenRecord& record, double longest_s) {
   FrameRecord& frame = record.frame;
-  const auto most =
-      static_cast<std::size_t>(std::max(1.0, std::floor(longest_s / frame.sample_time_s + 1e-9)));
-  const std::size_t by = std::min(most, std::max<std::size_t>(1, (frame.size() - frame.judged_from) / 64));
+  const std::size_t by = std::min(most_averaged(frame.sample_time_s, longest_s),
+                                  std::max<std::size_t>(1, (frame.size() - frame.judged_from) / 64));
   record.mean_gain = gain_of(frame, by);
   if (by == 1) return;
   record.thinned = static_cast<int>(by);
@@ -84,6 +83,10 @@ void add_temperature(DrivenRecord& record, const TimeSeries& series) {
 }
 
 }  // namespace
+
+std::size_t most_averaged(double sample_time_s, double longest_s) {
+  return static_cast<std::size_t>(std::max(1.0, std::floor(longest_s / sample_time_s + 1e-9)));
+}
 
 Instant DrivenRecord::at(std::size_t k) const {
   Instant out;

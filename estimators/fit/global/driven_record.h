@@ -15,6 +15,9 @@ namespace imrig::est {
 
 inline constexpr double kThinnedTime_s = 5e-4;  // longest sample time that thinning makes
 
+// Samples that may be averaged into one of at most longest_s; 1 at least.
+std::size_t most_averaged(double sample_time_s, double longest_s);
+
 struct DrivenRecord {
   std::size_t index = 0;  // in the data set
   bool holdout = false;

@@ -4,11 +4,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
-#include <thread>
 
+#include "estimators/fit/each.h"
 #include "estimators/fit/global/noise_bias.h"
 #include "estimators/fit/global/settle.h"
 #include "estimators/model/effects/registry.h"
@@ -189,7 +188,7 @@ GlobalProblem GlobalProblem::with(std::vector<DrivenRecord> more, const SharedVe
 }
 
 void GlobalProblem::pretend(const GlobalPoint& at) {
-  each(all(), [&](std::size_t k) {
+  each(entries_.size(), threads_, [&](std::size_t k) {
     Entry& entry = entries_[k];
     for (SteadyPoint& p : entry.point) {
       const PointPrediction model = predict_steady(at.shared, data_.pole_pairs, p);
@@ -222,18 +221,6 @@ GlobalPoint GlobalProblem::start(const SharedVector<double>& shared) const {
   return out;
 }
 
-template <class Work>
-void GlobalProblem::each(const std::vector<std::size_t>& which, Work&& work) const {
-  std::atomic<std::size_t> next{0};
-  const auto run = [&] {
-    for (std::size_t k = next++; k < which.size(); k = next++) work(k);
-  };
-  std::vector<std::thread> others;
-  for (int t = 1; t < threads_ && static_cast<std::size_t>(t) < which.size(); ++t) others.emplace_back(run);
-  run();
-  for (std::thread& t : others) t.join();
-}
-
 std::vector<std::size_t> GlobalProblem::locals_of(std::size_t entry,
                                                   const std::vector<std::size_t>& local) const {
   return entries_[entry].series ? local : std::vector<std::size_t>{};
@@ -255,7 +242,7 @@ GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free,
   out.normal.setZero(s, s);
   out.gradient.setZero(s);
   out.records.resize(which.size());
-  each(which, [&](std::size_t k) {
+  each(which.size(), threads_, [&](std::size_t k) {
     out.records[k] =
         evaluate_one(which[k], at.shared, at.local[which[k]], {free.shared, locals_of(which[k], free.local)});
   });
@@ -304,7 +291,7 @@ GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free,
 
 void GlobalProblem::settle(GlobalPoint& at, const std::vector<std::size_t>& local,
                            const std::vector<std::size_t>& which) const {
-  each(which, [&](std::size_t w) {
+  each(which.size(), threads_, [&](std::size_t w) {
     const Entry& entry = entries_[which[w]];
     if (entry.series)
       settle_record(*entry.series, *entry.whitener, entry.steps, at.shared, local, at.local[which[w]]);
@@ -314,7 +301,7 @@ void GlobalProblem::settle(GlobalPoint& at, const std::vector<std::size_t>& loca
 Eigen::VectorXd GlobalProblem::noise_gradient(const GlobalPoint& at, const std::vector<std::size_t>& entries,
                                               const std::vector<std::size_t>& which) const {
   std::vector<Eigen::VectorXd> parts(which.size());
-  each(which, [&](std::size_t k) {
+  each(which.size(), threads_, [&](std::size_t k) {
     const Entry& entry = entries_[which[k]];
     parts[k].setZero(static_cast<Eigen::Index>(entries.size()));
     if (entry.series)

@@ -113,9 +113,6 @@ class GlobalProblem {
   std::vector<std::size_t> locals_of(std::size_t entry, const std::vector<std::size_t>& local) const;
 
  private:
-  template <class Work>
-  void each(const std::vector<std::size_t>& which, Work&& work) const;
-
   void add_rows(std::size_t index);
 
   const DataSet& data_;

@@ -68,7 +68,7 @@ Kept kept_by_averages(const DataSet& data) {
   for (const Record& record : data.records) {
     const TimeSeries& s = record.series;
     if (record.kind != RecordKind::kDc || !(s.sample_time_s > 0.0) || s.v.size() != s.i.size()) continue;
-    const auto by = static_cast<std::size_t>(std::max(1.0, std::floor(kThinnedTime_s / s.sample_time_s + 1e-9)));
+    const std::size_t by = most_averaged(s.sample_time_s, kThinnedTime_s);
     add_averages(s.i, by, current);
     add_averages(s.v, by, voltage);
   }

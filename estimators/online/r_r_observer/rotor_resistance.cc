@@ -4,8 +4,6 @@
 #include <complex>
 #include <limits>
 
-#include "estimators/model/effects/saturation_law.h"
-
 namespace imrig::est {
 
 namespace {
@@ -30,8 +28,7 @@ Behind behind_stator(const RotorCircuit& c, double impedance_ohm, double phi_rad
   double L_m = c.L_m_H, across = 0.0;
   for (int round = 0; round < kRounds && m.extra > 0.0; ++round) {
     const Complex psi_x = m.place * psi_r + (1.0 - m.place) * psi_s;
-    const Cx<double> flux(psi_x);
-    const double g = saturation_share(flux, m.extra, m.exponent, m.settling, m.psi_ref_Wb);
+    const double g = m.share(psi_x);
     behind = I - c.stator_iron_S * e - ((1.0 - m.place) * g / c.L_m_H) * psi_x;
     psi_r = psi_s - c.L_l_H * behind;
     // The rotor's branch: psi_r/L_m + place g psi_x/L_m.

@@ -15,6 +15,10 @@
 // with g of magnetizing_saturation. I' and L_m' go into the formula instead, and the conductance G_x comes off like
 // the iron's: exact for a circuit of this form. A few rounds; without both, nothing changes and L_l plays no part.
 
+#include <complex>
+
+#include "estimators/model/effects/saturation_law.h"
+
 namespace imrig::est {
 
 enum class RotorResistanceStatus {
@@ -32,6 +36,11 @@ enum class RotorResistanceStatus {
 struct MagneticCurve {
   double extra = 0.0;  // 0: none
   double exponent = 6.0, place = 1.0, settling = 0.0, psi_ref_Wb = 0.5;
+
+  // What the flux of the saturating branch adds to the linear current, relative to it.
+  double share(std::complex<double> psi_x) const {
+    return saturation_share(Cx<double>(psi_x), extra, exponent, settling, psi_ref_Wb);
+  }
 };
 
 struct RotorCircuit {

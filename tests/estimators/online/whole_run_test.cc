@@ -39,22 +39,27 @@ void expect_live_equals_replay(const Folder& folder, const std::string& log, con
   EXPECT_EQ(hash_of(live), hash_of(replayed));
 }
 
+// The folder of a campaign on the emulated 5 hp motor.
+std::string campaign_on_the_rig(const Folder& folder, const std::string& plan) {
+  const std::string out = folder / "campaign";
+  const Outcome campaign = run({"imrig", "campaign", "run", source("campaigns/" + plan), "--emulate",
+                                source("models/plants/proca_5hp.toml"), "--pace", "max", "--out", out});
+  EXPECT_EQ(campaign.exit_code, 0) << campaign.out << campaign.err;
+  return out;
+}
+
 TEST(WholeRun, CampaignsLogReplaysToItsLiveEstimates) {
   const Folder folder;
-  const std::string out = folder / "campaign";
-  const Outcome campaign = run({"imrig", "campaign", "run", source("campaigns/smoke.toml"), "--emulate",
-                                source("models/plants/proca_5hp.toml"), "--pace", "max", "--out", out});
-  ASSERT_EQ(campaign.exit_code, 0) << campaign.out << campaign.err;
+  const std::string out = campaign_on_the_rig(folder, "smoke.toml");
+  ASSERT_FALSE(HasFailure());
   expect_live_equals_replay(folder, out + "/log-000.lcm", out + "/rig.toml");
 }
 
 // Tones at standstill: while they run, every message brings the four parameters, ever better known.
 TEST(WholeRun, StandstillEstimatesArePublishedWhileTheirProfileRuns) {
   const Folder folder;
-  const std::string out = folder / "campaign";
-  const Outcome campaign = run({"imrig", "campaign", "run", source("campaigns/standstill_slow.toml"), "--emulate",
-                                source("models/plants/proca_5hp.toml"), "--pace", "max", "--out", out});
-  ASSERT_EQ(campaign.exit_code, 0) << campaign.out << campaign.err;
+  const std::string out = campaign_on_the_rig(folder, "standstill_slow.toml");
+  ASSERT_FALSE(HasFailure());
   using imrig_msg::motor_estimate_t;
   std::int64_t from = -1, to = -1;  // samples of the record
   std::vector<motor_estimate_t> during;

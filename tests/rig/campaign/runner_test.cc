@@ -31,9 +31,10 @@ class RunnerTest : public ::testing::Test {
  protected:
   RunnerTest() : hub_(make_memory_hub()), rig_(hub_), bus_(open_memory_bus(hub_)) {}
 
-  RunnerConfig config() {
+  RunnerConfig config(int trips_allowed = 0) {
     RunnerConfig c;
     c.plan = parse_plan(kPlan, "plan");
+    c.plan.limits.trips_allowed = trips_allowed;
     c.points = order_points(travel_of(c.plan, c.rig, 60e-6),
                             check_points(c.plan, c.rig, test::circuit(c.rig.motor)));
     c.points_total = static_cast<int>(c.points.size());
@@ -241,9 +242,7 @@ TEST_F(RunnerTest, TripEndsTheCampaignWithItsName) {
 TEST_F(RunnerTest, TripThatThePlanAllowsCostsItsPointAndNoMore) {
   rig_.faults.trip_in_record = 3;
   rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
-  RunnerConfig c = config();
-  c.plan.limits.trips_allowed = 1;
-  Runner runner(c);
+  Runner runner(config(1));
   EXPECT_EQ(run(runner), RunnerEnd::kFailed);
   EXPECT_EQ(runner.end_reason(), "1 of 5 points could not be taken: 1 because the device tripped");
   EXPECT_EQ(runner.tally().done, kPoints - 1);
@@ -259,9 +258,7 @@ TEST_F(RunnerTest, TripThatThePlanAllowsCostsItsPointAndNoMore) {
 TEST_F(RunnerTest, MoreTripsThanThePlanAllowsEndTheCampaign) {
   rig_.faults.trip_in_every_record_from = 2;
   rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
-  RunnerConfig c = config();
-  c.plan.limits.trips_allowed = 2;
-  Runner runner(c);
+  Runner runner(config(2));
   EXPECT_EQ(run(runner), RunnerEnd::kTripped);
   EXPECT_THAT(runner.end_reason(), HasSubstr("over-current"));
   EXPECT_EQ(rig_.resets, 2);
@@ -278,9 +275,7 @@ TEST_F(RunnerTest, NoOtherTripIsEverReset) {
     rig.faults.trip_in_record = 2;
     rig.faults.trip = static_cast<std::int32_t>(trip);
     bus_ = open_memory_bus(hub_);
-    RunnerConfig c = config();
-    c.plan.limits.trips_allowed = 5;
-    Runner runner(c);
+    Runner runner(config(5));
     EXPECT_EQ(run(runner, rig), RunnerEnd::kTripped) << trip_name(trip);
     EXPECT_EQ(rig.resets, 0) << trip_name(trip);
   }
@@ -289,9 +284,7 @@ TEST_F(RunnerTest, NoOtherTripIsEverReset) {
 TEST_F(RunnerTest, EmergencyStopWhileATripStandsEndsTheCampaign) {
   rig_.faults.trip_in_record = 2;
   rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
-  RunnerConfig c = config();
-  c.plan.limits.trips_allowed = 5;
-  Runner runner(c);
+  Runner runner(config(5));
   const auto press = [this](Runner& r) {
     if (r.tally().tripped == 1) r.on(estop_cmd_t{}, now_);
   };
@@ -304,9 +297,7 @@ TEST_F(RunnerTest, ResetThatIsRefusedEndsTheCampaign) {
   rig_.faults.trip_in_record = 2;
   rig_.faults.trip = static_cast<std::int32_t>(Trip::kDeviceOverCurrent);
   rig_.faults.refuses_resets = true;
-  RunnerConfig c = config();
-  c.plan.limits.trips_allowed = 5;
-  Runner runner(c);
+  Runner runner(config(5));
   EXPECT_EQ(run(runner), RunnerEnd::kTripped);
   EXPECT_THAT(runner.end_reason(), HasSubstr("reset: "));
   EXPECT_EQ(runner.tally().done, 1);
