@@ -6,7 +6,6 @@
 #include <cmath>
 #include <set>
 
-#include "estimators/diagnose/missing/stability.h"
 #include "estimators/diagnose/missing/unexplained.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
@@ -19,6 +18,8 @@ constexpr double kNormal975 = 1.959963984540054;
 constexpr double kExplained = 0.85;  // share of the excess that an explanation must take away
 constexpr double kWide = 5.0;  // an effect of so many times what matters must show, or the data cannot tell
 constexpr std::size_t kMostAtOnce = 3;
+constexpr double kFollows = 0.7,
+                 kFollowsMore = 0.3;  // of the values' variance; more than what goes with heat explains
 
 double family_wise(double z) {
   return std::min(1.0, static_cast<double>(kEffects) * std::erfc(z / std::sqrt(2.0)));
@@ -183,11 +184,28 @@ void suggest(const GlobalProblem& problem, const Model& model, const DiagnoseOpt
   if (!blind.empty()) d.next_experiment = revealing_experiment(problem, first, blind, range);
 }
 
+// Share of what was above noise that the search has left; of the error itself too, where its slow part stays.
+double share_left(const GlobalProblem& problem, const Diagnosis& d) {
+  const SearchChange &first = d.search.changes.front(), &last = d.search.changes.back();
+  const auto left = [](double before, double after) {
+    return before > kBand ? std::max(0.0, after - 1.0) / (before - 1.0) : 0.0;
+  };
+  const double before = chi2_per_value(d.search.steps.front().base), after = chi2_per_value(d.search.final);
+  double most = before > 1.0 ? std::max(0.0, after - 1.0) / (before - 1.0) : 0.0;
+  for (const auto& [a, b] :
+       {std::pair{&first.fitted, &last.fitted}, std::pair{&first.holdout, &last.holdout}}) {
+    if (!inside_band(problem, *b)) most = std::max(most, left(a->error_over_noise(), b->error_over_noise()));
+  }
+  return most;
+}
+
+// A value for each record that follows what the motor does at that moment is no heat.
+bool follows(const ValuePattern& p) { return p.share > kFollows && p.share > p.by_heat + kFollowsMore; }
+
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const SearchStep& first = d.search.steps.front();
   const double before = chi2_per_value(first.base), after = chi2_per_value(d.search.final);
   const bool inside = after < kBand && d.search.at_floor;
-  const double left = before > 1.0 ? std::max(0.0, after - 1.0) / (before - 1.0) : 0.0;
   if (d.search.findings.empty()) {
     // Records left out that are off though the fit is not: too few to hold the parameters.
     const bool fits = first.base.chi2 < kBand * static_cast<double>(first.base.model.fit.values);
@@ -201,10 +219,14 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     for (const std::size_t k : main.rivals) d.confusable.push_back(kEffectInfos[k].name);
     d.effect = d.confusable.front();
     d.verdict = d.confusable.size() > 1 ? "ambiguous" : "missing";
-    const bool moving = !inside && !unstable(problem, d.search.final).empty();
+    d.moving = unstable(problem, d.search.final);
+    d.patterns = value_patterns(problem, d.search.final);
+    const bool moving = !inside && !d.moving.empty();
     const bool too_many =
         d.search.final.model.active.size() >= kMostAtOnce + first.base.model.active.size() && !inside;
-    if ((!inside && left > 1.0 - kExplained) || moving || too_many) d.verdict = "unknown";
+    const bool no_heat = std::any_of(d.patterns.begin(), d.patterns.end(), follows);
+    if ((!inside && share_left(problem, d) > 1.0 - kExplained) || moving || too_many || no_heat)
+      d.verdict = "unknown";
   }
   if (d.verdict == "unknown") {
     d.effect.clear();
@@ -237,6 +259,13 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
         "or slip), where the form of an effect is not known.");
   if (d.verdict == "unknown")
     d.explanation.push_back("No effect of the library explains the misfit: " + d.unexplained->description);
+  for (const ValuePattern& p : d.patterns) {
+    if (follows(p))
+      d.explanation.push_back(fmt::format(
+          "A value of {} for each record would explain it, but these values follow {} ({:.0f} % of their "
+          "variance): heat does not. Look for a law of {}.",
+          p.effect, p.condition, 100.0 * p.share, p.condition));
+  }
   if (d.verdict == "cannot_tell")
     d.explanation.push_back("The data excite the motor too little to show most effects.");
   d.explanation.push_back(fmt::format("Ranked among {} effects{}.", d.ranked_among,

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "estimators/diagnose/missing/search.h"
+#include "estimators/diagnose/missing/stability.h"
+#include "estimators/diagnose/missing/value_pattern.h"
 #include "estimators/diagnose/next/next_experiment.h"
 #include "estimators/model/model.h"
 #include "rig/data/record.h"
@@ -49,6 +51,8 @@ struct Diagnosis {
   std::optional<Unexplained> unexplained;
   std::optional<NextExperiment> next_experiment;
   std::vector<std::string> explanation;  // sentences for people
+  std::vector<Unstable> moving;          // accepted parameters that differ between halves of the data
+  std::vector<ValuePattern> patterns;    // of accepted values for each record
   Search search;
 };
 

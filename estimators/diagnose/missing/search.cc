@@ -11,6 +11,8 @@ namespace imrig::est {
 
 namespace {
 
+constexpr double kByChance = 4.0;  // standard deviations; squares of few slow modes are skew
+
 // Effects that the others have made idle go again.
 void prune(const GlobalProblem& problem, Search& search) {
   bool removed = true;
@@ -91,6 +93,13 @@ void note_change(const GlobalProblem& problem, Search& search, std::string text,
                             judge(problem, search.final.model, problem.holdout())});
 }
 
+bool inside_band(const GlobalProblem& problem, const Judgement& judgement) {
+  if (judgement.values <= 0.0) return true;
+  if (judgement.chi2_per_value() > kBand) return false;
+  return problem.noise().colour > kBelieved ||
+         judgement.error_over_noise() < std::max(kBand, 1.0 + kByChance * judgement.error_over_noise_sigma());
+}
+
 bool inside_band(const Trial& trial) {
   return trial.left_out_chi2 < kBand * static_cast<double>(trial.model.fit.values);
 }
@@ -110,8 +119,7 @@ Search search(const GlobalProblem& problem, const WorkingModel& start, const Sea
   Trial last_fit = finished(problem, out.final.model, problem.fitted());
   if (last_fit.sound) out.final = std::move(last_fit);
   const SearchChange& last = out.changes.back();
-  const bool held = problem.holdout().empty() || last.holdout.chi2_per_value() < kBand;
-  out.at_floor = last.fitted.chi2_per_value() < kBand && held;
+  out.at_floor = inside_band(problem, last.fitted) && inside_band(problem, last.holdout);
   return out;
 }
 

@@ -35,11 +35,12 @@ struct Search {
   std::vector<SearchChange> changes;  // the first is the model as it came
   Trial final;
   bool cut_short = false;
-  bool at_floor = false;  // chi2 of what was fitted, and of the hold-out, inside the band
+  bool at_floor = false;  // chi2 and error of what was fitted, and of the hold-out, inside the band
 };
 
-// chi2 a value that noise may leave: noise is never known better than this.
-inline constexpr double kBand = 1.3;
+// Whether noise alone may leave this, white and raw. The raw error's slow modes scatter by chance, and how
+// strong slow noise is nobody knows where noise is coloured: then the white one decides.
+bool inside_band(const GlobalProblem& problem, const Judgement& judgement);
 
 // Writes down where search.final stands now.
 void note_change(const GlobalProblem& problem, Search& search, std::string text, std::string effect);

@@ -18,6 +18,7 @@ constexpr double kRicherGain = 0.02;        // share of the excess that a richer
 constexpr double kRicherTold = 0.7;         // one record at the far end may carry it all
 constexpr double kFamilyWise = 0.01;
 constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a value
+constexpr double kMostOfIt = 0.5;     // of the misfit, where one record shows it all
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
 constexpr double kLocalTold = 1.5;  // a few records may carry it all
@@ -70,6 +71,15 @@ bool richer_wins(const Trial& richer, const Trial& plain) {
   return others - worst > 0.0;
 }
 
+// Takes most of a misfit that no noise makes. One start, or one log, may show an effect thousands of standard
+// errors off and all by itself: then no other record asks for it, and signs of blocks cannot tell it from
+// chance.
+bool explains_most(const Trial& trial, const Trial& base) {
+  const double values = values_of(base), whole = base.chi2 - values, left = trial.chi2 - values;
+  return base.chi2 > kBand * values && base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) &&
+         left < (1.0 - kMostOfIt) * whole;
+}
+
 bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) {
   const Trial& base = step.base;
   if (!trial.sound || !trial.determined || trial.size < 1.0) return false;
@@ -77,6 +87,7 @@ bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) 
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
   if (base.left_out_chi2 <= trial.left_out_chi2) return false;
+  if (explains_most(trial, base)) return true;
   // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
   const double better = surely_better(trial, base);
   const bool large = base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) && better > kTold;

@@ -19,6 +19,8 @@ inline constexpr double kSure =
 inline constexpr double kTold = 2.0;        // standard errors between two models on records left out
 inline constexpr double kSameShare = 0.03;  // of the whole excess: forms are never exact
 inline constexpr std::size_t kMostTrials = 9;
+// chi2 a value that noise may leave: noise is never known better than this.
+inline constexpr double kBand = 1.3;
 
 struct SearchProgress {
   std::string what;

@@ -187,6 +187,10 @@ double Judgement::floor() const {
   return signal2 > 0.0 && noise2 > 0.0 ? std::sqrt(noise2 / signal2) : kMissing;
 }
 double Judgement::chi2_per_value() const { return values > 0.0 ? chi2 / values : kMissing; }
+double Judgement::error_over_noise() const { return noise2 > 0.0 ? series_error2 / (noise2 + edges2) : 1.0; }
+double Judgement::error_over_noise_sigma() const {
+  return noise2 > 0.0 ? std::sqrt(noise2_variance) / (noise2 + edges2) : 0.0;
+}
 
 Trial finished(const GlobalProblem& problem, const WorkingModel& model,
                const std::vector<std::size_t>& which) {
@@ -257,7 +261,12 @@ Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
     out.values +=
         static_cast<double>(r.values) - static_cast<double>(problem.locals_of(which[k], free.local).size());
     const auto& entry = problem.entries()[which[k]];
-    if (entry.whitener) out.noise2 += entry.whitener->noise_power_A2() * 0.5 * static_cast<double>(r.values);
+    if (!entry.whitener) continue;
+    const double samples = 0.5 * static_cast<double>(r.values);
+    out.series_error2 += r.error2;
+    out.noise2 += entry.whitener->noise_power_A2() * samples;
+    out.edges2 += entry.whitener->edge_power_A2() * samples;
+    out.noise2_variance += entry.whitener->noise_power_variance() * samples * samples;
   }
   return out;
 }

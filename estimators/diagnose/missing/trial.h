@@ -27,9 +27,16 @@ struct Trial {
 struct Judgement {
   double error2 = 0.0, signal2 = 0.0, noise2 = 0.0;  // A^2
   double chi2 = 0.0, values = 0.0;
+  double series_error2 = 0.0;    // A^2, of time series alone
+  double noise2_variance = 0.0;  // of what noise makes of it
+  double edges2 = 0.0;  // what steps of the voltage may add that always fall on the same part of a sample
   double nrmse() const;
   double floor() const;
   double chi2_per_value() const;
+  // Power of the error over what noise and edges leave of it, unwhitened: it sees slow errors (of a
+  // resistance) that are few among the whitened values. 1 without time series.
+  double error_over_noise() const;
+  double error_over_noise_sigma() const;  // by chance
 };
 
 // The last fit of a model that is kept: to the end, and freed from what noise of the voltage does to it.

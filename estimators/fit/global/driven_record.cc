@@ -35,6 +35,7 @@ double gain_of(const FrameRecord& frame, std::size_t by) {
 
 void thin(DrivenRecord& record, double longest_s) {
   FrameRecord& frame = record.frame;
+  if (frame.w_k != 0.0) longest_s = std::min(longest_s, kThinnedTurn / std::abs(frame.w_k));
   const std::size_t by = std::min(most_averaged(frame.sample_time_s, longest_s),
                                   std::max<std::size_t>(1, (frame.size() - frame.judged_from) / 64));
   record.mean_gain = gain_of(frame, by);
@@ -96,6 +97,7 @@ Instant DrivenRecord::at(std::size_t k) const {
   out.turn = std::polar(1.0, frame.w_k * t);
   out.rotor_turn = rotor_turn[k];
   out.voltage_rate = voltage_rate[k];
+  out.sample_time_s = frame.sample_time_s;
   if (!stator_C.empty()) out.stator_C = stator_C[k];
   return out;
 }

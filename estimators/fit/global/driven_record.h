@@ -13,7 +13,9 @@
 
 namespace imrig::est {
 
-inline constexpr double kThinnedTime_s = 5e-4;  // longest sample time that thinning makes
+inline constexpr double kThinnedTime_s = 5e-4;  // longest sample time that thinning makes, and
+inline constexpr double kThinnedTurn =
+    0.2;  // the most that the frame turns in it, rad: decaying flux stands still
 
 // Samples that may be averaged into one of at most longest_s; 1 at least.
 std::size_t most_averaged(double sample_time_s, double longest_s);

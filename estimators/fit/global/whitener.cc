@@ -38,6 +38,24 @@ struct Covariances {
   void advance(const Eigen::Matrix3cd& F, const Eigen::Matrix3cd& Q) { P = (F * P * F.adjoint() + Q).eval(); }
 };
 
+// Variance of the mean of |r|^2 over n samples, r circular with the covariances of its last sample
+// throughout:
+//   (r_0^2 + 2 sum_t (1 - t/n) |C F^t P C'|^2) / n
+double variance_of_power(const Eigen::Matrix3cd& F, const Eigen::Matrix3cd& P, const Eigen::RowVector3cd& C,
+                         double white2, std::size_t n) {
+  constexpr double kForgotten = 1e-4;
+  Eigen::Vector3cd ahead = P * C.adjoint();
+  const double power = (C * ahead)(0, 0).real() + white2;
+  double sum = power * power;
+  for (std::size_t t = 1; t < n; ++t) {
+    ahead = (F * ahead).eval();
+    const double covariance2 = std::norm((C * ahead)(0, 0));
+    sum += 2.0 * (1.0 - static_cast<double>(t) / static_cast<double>(n)) * covariance2;
+    if (covariance2 < kForgotten * power * power / static_cast<double>(n)) break;
+  }
+  return n > 0 ? sum / static_cast<double>(n) : 0.0;
+}
+
 }  // namespace
 
 Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& p, double flux_Wb,
@@ -55,15 +73,15 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
   const Eigen::Vector3cd into(0.5 * h, 0.0, 1.0);  // of the next sample's voltage noise
   Eigen::Matrix3cd Q = voltage2 * into * into.adjoint();
   Q(1, 1) += by_speed * by_speed * mean;
-  Covariances filter, open;
+  Covariances filter, open, edges;
   filter.P(2, 2) = open.P(2, 2) = voltage2;
+  Eigen::Matrix3cd F = Eigen::Matrix3cd::Zero();
   std::size_t judged = 0, since_jump = kAfter;
   number_.reserve(frame.size());
   for (std::size_t k = 0; k < frame.size(); ++k) {
     const double near = std::max(jump2[k], k > 0 ? jump2[k - 1] : 0.0);
     const double smoothed = std::sqrt(near) * h / 8.0 * inverse_leakage_;
     const double R = current2 + smoothed * smoothed;
-    Eigen::Matrix3cd F = Eigen::Matrix3cd::Zero();
     F.topLeftCorner<2, 2>() =
         steps_.empty() || k % kHold == 0 ? transition(p, frame.w_r[k], frame.w_k, h) : steps_.back().F;
     F.topRightCorner<2, 1>() = 0.5 * h * F.topLeftCorner<2, 1>();
@@ -75,16 +93,22 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
     }
     number_.push_back(static_cast<std::uint32_t>(steps_.size() - 1));
     if (k >= frame.judged_from) {
+      edge_power_ += (C * edges.P * C.adjoint())(0, 0).real();
       noise_power_ += (C * open.P * C.adjoint())(0, 0).real() + 2.0 * current * current;
       ++judged;
     }
-    Eigen::Matrix3cd Q_here = Q;
-    Q_here(0, 0) += jump2[k] * h * h * mean * mean / 12.0;
+    Eigen::Matrix3cd Q_here = Q, Q_edge = Eigen::Matrix3cd::Zero();
+    const double edge2 = jump2[k] * h * h * mean * mean;
+    Q_here(0, 0) += edge2 / 12.0;
+    Q_edge(0, 0) = edge2 / 4.0 - edge2 / 12.0;
     open.advance(F, Q_here);
+    edges.advance(F, Q_edge);
     filter.advance(F, Q_here);
     filter.P -= S * K * K.adjoint();
   }
   noise_power_ /= static_cast<double>(std::max<std::size_t>(1, judged));
+  edge_power_ /= static_cast<double>(std::max<std::size_t>(1, judged));
+  noise_power_variance_ = variance_of_power(F, open.P, C, 2.0 * current * current, judged);
 }
 
 }  // namespace imrig::est

@@ -50,12 +50,18 @@ class Whitener {
   }
   // Mean square of the error (both components) that noise alone leaves, over the judged samples: A^2.
   double noise_power_A2() const { return noise_power_; }
+  // What may come to it where voltages always jump at the same place between two samples (a generator's steps
+  // do): the flux is off by |dv| h/2 then, each time.
+  double edge_power_A2() const { return edge_power_; }
+  // Variance of that mean square over many records like this one, A^4: slow noise leaves few independent
+  // samples.
+  double noise_power_variance() const { return noise_power_variance_; }
 
  private:
   std::vector<Step> steps_;
   std::vector<std::uint32_t> number_;  // of the step that each sample takes
   double inverse_leakage_;
-  double noise_power_ = 0.0;
+  double noise_power_ = 0.0, edge_power_ = 0.0, noise_power_variance_ = 0.0;
 };
 
 }  // namespace imrig::est

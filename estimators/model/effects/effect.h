@@ -67,6 +67,7 @@ struct Instant {
   std::complex<double> voltage_rate =
       0.0;  // dv/dt of the measured voltage in the stationary frame, V/s, seen in the frame
   double stator_C = kUnknown_C;  // measured winding temperature
+  double sample_time_s = 0.0;    // over which what drives the motor is a mean
 };
 
 // Stator current and rotor current (into the rotor's resistance), A: the gradients of the magnetic energy.
