@@ -7,6 +7,7 @@
 #include <set>
 
 #include "estimators/diagnose/missing/unexplained.h"
+#include "estimators/fit/global/start_from_data.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
 
@@ -284,13 +285,15 @@ std::vector<std::size_t> ruled_out(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOptions& options) {
-  if (model.pole_pairs != data.pole_pairs) {
+Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOptions& options) {
+  if (given.pole_pairs != data.pole_pairs) {
     throw Error("diagnose",
-                fmt::format("the model \"{}\" has {} pole pairs, the data \"{}\" {}", model.name,
-                            model.pole_pairs, data.name, data.pole_pairs),
+                fmt::format("the model \"{}\" has {} pole pairs, the data \"{}\" {}", given.name,
+                            given.pole_pairs, data.name, data.pole_pairs),
                 "they must be of one motor");
   }
+  const DataStart known = start_from_data(given, data, options.threads);
+  const Model& model = known.model;
   const GlobalProblem problem(data, model.machine(), options.threads);
   if (problem.fitted().empty()) throw Error("diagnose", "finds hold-out records only", "some must be fitted");
   Diagnosis out;
@@ -301,6 +304,8 @@ Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOption
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
   explain(problem, options.without, out);
+  if (!known.sentence.empty())
+    out.explanation.insert(out.explanation.begin(), "The model does not know all of its parameters: " + known.sentence + ".");
   suggest(problem, model, options, out);
   return out;
 }

@@ -64,7 +64,8 @@ struct DiagnoseOptions {
   std::optional<RigRange> range;  // of the next experiment; without: what the data have seen
 };
 
-// Throws Error: pole pairs differ, no effect has such a name, a base parameter is not known, no record can be simulated.
+// Base parameters that the model lacks are fitted to the data first (fit/global/start_from_data.h), and it is said.
+// Throws Error: pole pairs differ, no effect has such a name, no record can be simulated.
 Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOptions& options = {});
 
 struct Improvement {

@@ -11,6 +11,7 @@
 #include "estimators/fit/combine.h"
 #include "estimators/fit/data_nominal.h"
 #include "estimators/fit/dc_test.h"
+#include "estimators/fit/global/start_from_data.h"
 #include "estimators/fit/goodness.h"
 #include "estimators/fit/maps/resistance_line.h"
 #include "estimators/fit/series_records.h"
@@ -71,6 +72,7 @@ class Identification {
     for (const std::size_t k : tables)
       fit_table_record(data_, data_.records[k], R_s_, given_circuit(), options_, result_.records[k]);
     assemble_model(series, tables, standing);
+    if (together() && !(series.empty() && tables.empty() && standing.empty())) fit_together();
     finish();
     return std::move(result_);
   }
@@ -110,6 +112,7 @@ class Identification {
   }
 
   void note(const std::string& text) { result_.notes.push_back(text); }
+  bool together() const { return options_.method == "auto" && options_.together; }
   bool R_s_known() const { return std::isfinite(R_s_); }
 
   // ---- R_s from direct current, else from standstill records, else from the given model
@@ -135,10 +138,22 @@ class Identification {
     }
     if (resistance_by_temperature(points)) return;
     const Parameter found = assemble("R_s", results(dc), 0.0, data_.accuracy, result_.notes);
-    if (found.known()) {
+    if (found.known() && useless("R_s from the dc test", found)) {
+      for (RecordResult* row : results(dc)) {
+        if (std::erase(row->used_for, "R_s") > 0) row->rejected = "R_s: the dc records do not tell it";
+      }
+    } else if (found.known()) {
       take_resistance(found, "dc test, ");
       result_.model.R_s_stator_C = with_temperature > 0 ? stator_C / with_temperature : kMissing;
     }
+  }
+
+  // Not a number that a motor can have, or nothing but its interval where all records together may know better.
+  bool useless(const std::string& name, const Parameter& found) {
+    if (is_result(found) || (!together() && found.value > 0.0)) return false;
+    note(fmt::format("{} = {:.4g} {} [{:.4g}, {:.4g}] is no result: its interval is wider than itself", name, found.value, found.unit,
+                     found.ci95_low, found.ci95_high));
+    return true;
   }
 
   // DC records cold and hot: a line over temperature, and R_s where the other records are.
@@ -261,7 +276,7 @@ class Identification {
   void fit_series(const Rows& which) {
     SeriesSetting setting = series_setting(which);
     if (!R_s_known()) {
-      resistance_from_series(which, setting);
+      if (!resistance_from_series(which, setting)) return;
       setting.nominal.R_s = R_s_;
     }
     take(which, fit_series_records(data_, which, setting, options_));
@@ -271,8 +286,8 @@ class Identification {
     for (std::size_t k = 0; k < which.size(); ++k) result_.records[which[k]] = std::move(fitted[k]);
   }
 
-  // A first pass with R_s as a fourth unknown.
-  void resistance_from_series(const Rows& which, SeriesSetting setting) {
+  // A first pass with R_s as a fourth unknown. False where no record tells it and all of them together may.
+  bool resistance_from_series(const Rows& which, SeriesSetting setting) {
     setting.fit_R_s = true;
     IdentifyOptions loose = options_;
     loose.max_relative_sigma = kSpeaksForResistance;
@@ -280,7 +295,8 @@ class Identification {
     std::vector<RecordResult*> speaking;
     for (auto& row : fitted) speaking.push_back(&row);
     const Parameter found = assemble("R_s", speaking, 0.0, data_.accuracy, result_.notes);
-    if (!found.known()) {
+    if (!found.known() || useless("R_s from single records", found)) {
+      if (together()) return leave_to_all(which, std::move(fitted)), false;
       throw Error(
           "R_s",
           "is in no dc record, in no given model, and no record separates it from the other parameters",
@@ -288,6 +304,16 @@ class Identification {
     }
     take_resistance(found, "transient with R_s free, ");
     note(fmt::format("no dc record to use: R_s = {:.4g} ohm was fitted with the other parameters", R_s_));
+    return true;
+  }
+
+  void leave_to_all(const Rows& which, std::vector<RecordResult> fitted) {
+    for (RecordResult& row : fitted) {
+      if (row.rejected.empty()) row.rejected = "does not tell R_s, and there is no other R_s to fit the rest with";
+      row.used_for.clear();
+      for (auto& [name, estimate] : row.parameters) estimate.weak = false;
+    }
+    take(which, std::move(fitted));
   }
 
   // ---- the model
@@ -309,7 +335,7 @@ class Identification {
     for (const auto& base : base_parameters()) {
       if (base.place == &Model::R_s && R_s_known()) continue;
       Parameter found = assemble(base.name, results(both), R_s_sigma_, data_.accuracy, result_.notes);
-      if (found.known()) {
+      if (found.known() && !useless(base.name, found)) {
         found.found = from + ", " + found.found;
         result_.model.*base.place = found;
         identified_ = true;
@@ -319,6 +345,39 @@ class Identification {
                          kept ? "; the given model's value is kept" : ""));
       }
     }
+  }
+
+  // ---- what the records one by one leave open
+
+  void fit_together() {
+    DataStart start;
+    try {
+      start = start_from_data(result_.model, data_, options_.threads);
+    } catch (const Error& e) {
+      note(std::string("all records together: ") + e.what());
+      return;
+    }
+    if (start.sentence.empty() || (start.together.empty() && !identified_)) return;
+    const auto refound = [&](const std::string& text) {
+      return std::any_of(start.together.begin(), start.together.end(), [&](const std::string& name) {
+        return text.starts_with(name + " is not determined") || text.starts_with(name + ": no record");
+      });
+    };
+    std::erase_if(result_.notes, refound);
+    note(start.sentence);
+    for (const std::size_t k : start.records) add_use(start, result_.records[k]);
+    result_.model = std::move(start.model);
+    identified_ = true;
+  }
+
+  // A record that alone told nothing had its part.
+  static void add_use(const DataStart& start, RecordResult& row) {
+    for (const std::string& name : start.together) {
+      if (std::find(row.used_for.begin(), row.used_for.end(), name) == row.used_for.end()) row.used_for.push_back(name);
+    }
+    if (start.together.empty() || row.rejected.empty()) return;
+    row.notes.push_back("used with all records together; alone: " + row.rejected);
+    row.rejected.clear();
   }
 
   void finish() {

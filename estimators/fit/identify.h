@@ -2,7 +2,8 @@
 // From a data set to a model: which records say what about which parameter, and what follows from all of
 // them. docs/identification.md describes the methods: dc (R_s from direct current), transient (L_m, R_r, L_l
 // by output error, per record), standstill (all four, current along one axis), points (phasor circuit fitted
-// to a table of steady points), auto (whatever the records allow). Hold-out records are never fitted.
+// to a table of steady points), auto (whatever the records allow; what they leave open one by one is fitted to all
+// together). Hold-out records are never fitted.
 
 #include <functional>
 #include <map>
@@ -33,7 +34,8 @@ struct IdentifyOptions {
       0.0;          // > 0: also the paper's rule, R_r and L_l from slips above it and L_m below (0.02 there)
   double least_sensitivity =
       0.0;          // > 0: also S_y / I of (8)-(9) at the record's frequency and slip (maps/sensitivity.h) not below this
-  int threads = 2;  // the result does not depend on it
+  bool together = true;  // method auto: what the records one by one leave open is fitted to all of them (global/start_from_data.h)
+  int threads = 2;       // the result does not depend on it
   std::function<void(const Progress&)>
       progress;  // called from the calling thread's workers one at a time; may be empty
 };

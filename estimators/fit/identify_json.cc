@@ -23,7 +23,8 @@ Json parameters_of(const Model& model, double factor) {
     out[base.name] = {{"value", number(factor * p.value)},
                       {"ci95", {number(factor * p.ci95_low), number(factor * p.ci95_high)}},
                       {"unit", base.unit},
-                      {"found", p.found}};
+                      {"found", p.found},
+                      {"determined", !is_start(p)}};
   }
   return out;
 }

@@ -15,7 +15,8 @@ const std::array<BaseParameter, 4>& base_parameters() {
 MachineParameters<double> Model::machine() const {
   for (const auto& entry : base_parameters()) {
     if (!(this->*entry.place).known())
-      throw Error("model \"" + name + "\"", std::string("does not know ") + entry.name);
+      throw Error("model \"" + name + "\"", std::string("does not know ") + entry.name,
+                  "imrig identify finds it, imrig improve MODEL DATA fits what a model lacks");
   }
   return {R_s.value, R_r.value, L_l.value, L_m.value};
 }

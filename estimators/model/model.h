@@ -27,6 +27,10 @@ struct Parameter {
   bool known() const { return value == value; }
 };
 
+// `found` of a value that the data left open: somewhere to start from, no result, without interval.
+inline constexpr const char* kRoughStart = "rough start, no result";
+inline bool is_start(const Parameter& p) { return p.found.starts_with(kRoughStart); }
+
 // Name plate; 0 where unknown. Line quantities, rms.
 struct Ratings {
   double voltage_V = 0.0;

@@ -109,6 +109,10 @@ void print_text(const est::MapsResult& mapped, const std::string& out) {
                std::to_string(used_by(result, base.name)), printable(p.found)});
   }
   fmt::print("{}", table.text());
+  for (const auto& base : est::base_parameters()) {
+    if (est::is_start(result.model.*base.place))
+      fmt::print("NOT DETERMINED: {}. The file holds a start for diagnose and improve, no result.\n", base.name);
+  }
   for (const auto& record : result.records) {
     if (record.standstill && record.rejected.empty()) print_standstill(record);
   }

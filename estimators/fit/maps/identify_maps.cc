@@ -42,6 +42,7 @@ IdentifyResult base_fit(const DataSet& data, const IdentifyOptions& options, dou
     }
   } else if (options.method == "maps") {
     base.method = "auto";
+    base.together = false;  // the maps come from what single records and windows tell
     base.slip_rule = options.least_sensitivity > 0.0 ? 0.0 : slip_rule;
   }
   return identify(data, base);
