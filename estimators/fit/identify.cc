@@ -360,7 +360,8 @@ class Identification {
     if (start.sentence.empty() || (start.together.empty() && !identified_)) return;
     const auto refound = [&](const std::string& text) {
       return std::any_of(start.together.begin(), start.together.end(), [&](const std::string& name) {
-        return text.starts_with(name + " is not determined") || text.starts_with(name + ": no record");
+        return text.starts_with(name + " is not determined") || text.starts_with(name + ": no record") ||
+               (name == "R_s" && text.starts_with("no dc record to use"));
       });
     };
     std::erase_if(result_.notes, refound);

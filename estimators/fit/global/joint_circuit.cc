@@ -95,7 +95,6 @@ class Joint {
     std::vector<std::pair<double, GlobalPoint>> ranked;
     for (const Base& base : rough_) ranked.emplace_back(left_by(base, some), at(base));
     order(ranked);
-    std::copy_n(ranked.front().second.shared.begin(), kBase, rough_.front().begin());
     ranked.resize(std::min(kStarts, ranked.size()));
     GlobalFitOptions quick;
     quick.priors = priors_;
@@ -241,7 +240,7 @@ class Joint {
   }
 
   std::array<Told, 4> told_;
-  std::vector<Base> rough_;  // after the ranking the best is the first
+  const std::vector<Base> rough_;
   GlobalProblem problem_;
   Entries which_;
   std::vector<Prior> priors_;

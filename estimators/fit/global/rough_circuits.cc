@@ -21,6 +21,8 @@ constexpr std::size_t kMostPoints = 48;  // a start needs no more
 constexpr std::size_t kSpread = 6;       // points over the load that circuits are made from
 constexpr double kWorst = 4.0;           // of one point's mismatch: a bad point must not decide
 constexpr double kAlike = 0.1;           // of every logarithm
+constexpr double kUncommon = 0.01;       // of the squared logarithms, a point
+constexpr double kCommonLeakage = 0.08;  // L_l over L_m; R_s and R_r are alike
 constexpr std::array kStatorShares{0.01, 0.03, 0.08};  // R_s over Z, where nothing tells it
 
 // Level of the impedance, and the angular frequency it belongs to.
@@ -103,7 +105,8 @@ double mismatch(const Circuit& theta, const std::vector<SteadyPoint>& points, in
     const double angle = std::isfinite(p.p_in_W) ? std::arg(model / measured_current(p)) : 0.0;
     sum += std::min(kWorst, size * size + angle * angle);
   }
-  return sum;
+  const double leakage = std::log(theta.L_l / (kCommonLeakage * theta.L_m)), resistance = std::log(theta.R_s / theta.R_r);
+  return sum + kUncommon * static_cast<double>(points.size()) * (leakage * leakage + resistance * resistance);
 }
 
 // Some of the points, spread over the power factor: from no load to locked.

@@ -1,7 +1,8 @@
 #pragma once
 // Circuits that the motor of a data set may have, from the data alone: where to start when nobody knows it. From the
 // level of the impedance Z = v/i near the largest power, the shares of it that motors have; from single steady points,
-// the circuits that agree with them (start_guess.h); all judged by the steady points, |ln(i_model/i)|^2 as phasors.
+// the circuits that agree with them (start_guess.h); all judged by the steady points, |ln(i_model/i)|^2 as phasors, and
+// a little by how common such a motor is, which decides where the points leave it open.
 // A start and no result: effects, noise and transients are left to the fit.
 
 #include <array>

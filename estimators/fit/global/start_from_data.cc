@@ -40,14 +40,19 @@ std::string listed(const std::vector<std::string>& names) {
   return out;
 }
 
+std::string fitted_to(const JointCircuit& joint) {
+  const std::size_t n = joint.records.size();
+  return n == 1 ? "the one record there is" : fmt::format("{} records together", n);
+}
+
 std::string sentence_of(const DataStart& start, const JointCircuit& joint) {
   std::string out;
   if (!start.together.empty())
-    out = fmt::format("{} fitted to {} record{} together, without a start from outside", listed(start.together) + (start.together.size() == 1 ? " was" : " were"),
-                      joint.records.size(), joint.records.size() == 1 ? "" : "s");
+    out = fmt::format("{} {} fitted to {} without a start from outside", listed(start.together),
+                      start.together.size() == 1 ? "was" : "were", fitted_to(joint));
   if (!start.starts.empty())
-    out += fmt::format("{}{} not determined by these data: a rough start and no result{}", out.empty() ? "" : "; ",
-                       listed(start.starts) + (start.starts.size() == 1 ? " is" : " are"),
+    out += fmt::format("{}{} {} not determined by these data: a rough start and no result{}", out.empty() ? "" : "; ",
+                       listed(start.starts), start.starts.size() == 1 ? "is" : "are",
                        joint.failure.empty() ? "" : " (" + joint.failure + ")");
   if (joint.times_noise > kMisfit)
     out += fmt::format("; the misfit is {:.3g} times what noise leaves: the circuit may lack an effect, and the parameters are "

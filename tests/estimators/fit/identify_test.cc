@@ -217,17 +217,24 @@ TEST(IdentifyTest, TheSameBitsWithOneThreadOrFour) {
   EXPECT_EQ(total, 10U);
 }
 
-TEST(IdentifyTest, SteadyRecordsAloneAreRefusedByNameOfWhatTheyCannotSeparate) {
+TEST(IdentifyTest, ASteadyRecordAloneSaysWhatItCannotSeparateAndLeavesAStartThere) {
   const Motor& m = paper_motor();
   DataSet data = empty_set(m);
   data.records = {dc_record(m, 1), steady_record(m, 0.03, 2)};
   const IdentifyResult result = identify(data);
   const RecordResult& steady = row(result, "steady_0.030");
-  EXPECT_THAT(steady.used_for, IsEmpty());
-  EXPECT_THAT(steady.rejected, testing::AllOf(HasSubstr("L_l"), HasSubstr("L_m"), HasSubstr("sigma")));
-  EXPECT_FALSE(result.model.L_l.known());
-  EXPECT_TRUE(result.model.R_s.known());
+  EXPECT_THAT(steady.used_for, Not(Contains("L_l")));
+  EXPECT_THAT(steady.notes, Contains(testing::AllOf(HasSubstr("alone: "), HasSubstr("L_l"), HasSubstr("L_m"), HasSubstr("sigma"))));
+  EXPECT_TRUE(is_start(result.model.L_l));
+  EXPECT_TRUE(std::isnan(result.model.L_l.ci95_high));
   EXPECT_THAT(result.notes, Contains(HasSubstr("L_l is not determined")));
+  // What that leaves of the others: they hold for any leakage that a motor may have.
+  const auto truth = truth_of(m);
+  EXPECT_TRUE(result.model.R_s.known());
+  EXPECT_LT(result.model.R_r.ci95_low, truth.R_r);
+  EXPECT_GT(result.model.R_r.ci95_high, truth.R_r);
+  EXPECT_LT(result.model.L_m.ci95_low, truth.L_m);
+  EXPECT_GT(result.model.L_m.ci95_high, truth.L_m);
 }
 
 TEST(IdentifyTest, ReversedPhaseOrderIsNamed) {

@@ -187,6 +187,23 @@ TEST_F(DataVerbs, ModelShowPutsTruthBesideWhatWasIdentified) {
   }
 }
 
+// A file that knows the pole pairs and R_s alone: compare says what to do, diagnose and improve do it.
+TEST_F(DataVerbs, AModelThatLacksParametersIsFilledFromTheDataOrToldHow) {
+  scratch.write("m.toml",
+                "version = 1\npole_pairs = 2\nconnection = \"delta\"\ncircuit = \"inverse-gamma\"\n[parameters.R_s]\nvalue = "
+                "0.25\nunit = \"ohm\"\n");
+  const std::string model = scratch.path("m.toml"), better = scratch.path("better.toml");
+  const std::string why = refusal({"compare", model, kTable});
+  EXPECT_NE(why.find("does not know R_r; imrig identify"), std::string::npos) << why;
+  const Finished told = run({"diagnose", model, kTable, "--json"});
+  EXPECT_EQ(told.err, "");
+  const json diagnosis = json::parse(told.out, nullptr, false);
+  EXPECT_NE(diagnosis["explanation"][0].get<std::string>().find("R_r, L_l and L_m"), std::string::npos) << told.out;
+  const Finished done = run({"improve", model, kTable, "--out", better});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(run({"compare", better, kTable}).exit_code, 0);
+}
+
 TEST_F(DataVerbs, HelpIsThereForEachVerb) {
   for (const char* verb : {"info", "import", "export", "identify", "compare", "model"}) {
     const Finished done = run({verb, "--help"});
