@@ -132,7 +132,10 @@ PooledResult pooled(const std::vector<ComparedRecord>& records, bool holdout) {
   return out;
 }
 
-void tell(const DataSet& data, CompareResult& result) {
+void tell(const Model& model, const DataSet& data, CompareResult& result) {
+  for (const auto& base : base_parameters()) {
+    if (is_start(model.*base.place)) result.notes.push_back(fmt::format("{} of the model is a rough start and no result", base.name));
+  }
   std::size_t left_out = 0, unknown = 0;
   for (const auto& record : result.records) {
     left_out += record.left_out.empty() ? 0u : 1u;
@@ -178,7 +181,7 @@ CompareResult compare(const Model& model, const DataSet& data, const CompareOpti
   result.reach = data_reach(data, result);
   result.fitted = pooled(result.records, false);
   result.holdout = pooled(result.records, true);
-  tell(data, result);
+  tell(model, data, result);
   return result;
 }
 

@@ -139,6 +139,7 @@ class Identification {
     if (resistance_by_temperature(points)) return;
     const Parameter found = assemble("R_s", results(dc), 0.0, data_.accuracy, result_.notes);
     if (found.known() && useless("R_s from the dc test", found)) {
+      if (points.size() > 1) note("the dc records disagree: where voltages are commands, the inverter's dead time does that");
       for (RecordResult* row : results(dc)) {
         if (std::erase(row->used_for, "R_s") > 0) row->rejected = "R_s: the dc records do not tell it";
       }

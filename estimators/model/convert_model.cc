@@ -68,6 +68,7 @@ void carry_interval(const Model& model, const Machine& p, const Function& f, Par
     const Parameter& base = model.*base_parameters()[k].place;
     const double d = slope(f, p, k);
     if (std::abs(d) * base.value < 1e-9 * std::abs(out.value)) continue;
+    if (is_start(base)) out.found = base.found;
     const double up = base.ci95_high - base.value, down = base.value - base.ci95_low;
     above += std::pow(d * (d > 0.0 ? up : down), 2);
     below += std::pow(d * (d > 0.0 ? down : up), 2);

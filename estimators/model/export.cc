@@ -24,7 +24,7 @@ void add_circuit(const Model& model, Circuit circuit, const std::string& prefix,
     const Parameter& p = one.parameter;
     if (prefix.empty() || one.name != "R_s")
       out.numbers.push_back(
-          {prefix + one.name + "_" + p.unit, p.value, p.ci95_low, p.ci95_high, title + ": " + one.meaning});
+          {prefix + one.name + "_" + p.unit, p.value, p.ci95_low, p.ci95_high, title + ": " + one.meaning + (is_start(p) ? ", a " + p.found : "")});
   }
 }
 

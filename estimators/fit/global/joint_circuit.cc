@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kCandidates = 24, kStarts = 5, kFinalists = 2;
 constexpr std::size_t kScouts = 12;       // records or rows that the starts are fitted to
 constexpr int kScoutRounds = 20;
+constexpr int kMostSteps = 12;            // of the machine's motion in a sample: beyond, the samples do not follow it
 constexpr double kRoughSigma = 0.5;       // of a rough value that stays
 constexpr double kMisses = 0.3;           // of the signal: no model of these records
 constexpr double kFarOff = 5.0;           // times the median record's error, and kMisses: set aside
@@ -33,6 +34,10 @@ class Joint {
       : told_(told), rough_(rough(data, threads)), problem_(data, machine(rough_.front()), threads) {
     which_ = problem_.fitted();
     if (which_.empty()) throw Error("data set \"" + data.name + "\"", "holds hold-out records only", "some must be fitted");
+    std::erase_if(which_, [&](std::size_t k) { return problem_.entries()[k].steps > kMostSteps; });
+    if (which_.empty())
+      throw Error("data set \"" + data.name + "\"", "has samples too far apart for the machine between them to be followed",
+                  "is the time in seconds?");
     for (std::size_t m = 0; m < kBase; ++m) {
       if (!told_[m].held && std::isfinite(told_[m].value) && told_[m].sigma > 0.0)
         priors_.push_back({m, told_[m].value, told_[m].sigma});

@@ -43,14 +43,13 @@ Record steady_record(const Motor& m, const Noise& noise, double voltage, double 
 }
 
 // Operating points as a lab takes them, from no load to overload, no step anywhere, no dc test.
-DataSet steady_set(const Motor& m) {
+DataSet steady_set(const Motor& m, std::uint64_t seed = 1) {
   DataSet data;
   data.name = m.name;
   data.pole_pairs = m.pole_pairs;
   data.noise.current_A = 0.002 * m.v_peak_V * m.slip / m.R_r;
   data.noise.voltage_V = 0.001 * m.v_peak_V;
   data.noise.speed_rad_s = rad_s_of_rpm(0.2);
-  std::uint64_t seed = 1;
   for (const double frequency : {0.5, 1.0}) {
     for (const double voltage : {0.6, 0.9}) {
       for (const double load : {0.02, 0.5, 1.2})
@@ -86,6 +85,26 @@ TEST(StartFromData, SteadyRecordsTellEveryMotorTogetherWithoutStepsAndWithoutDcT
     EXPECT_THAT(result.records[5].used_for, Contains("L_l"));
     EXPECT_LT(result.model.history.back().holdout_nrmse, 0.02);
   }
+}
+
+// Four parameters, 20 draws of the noise: a 95 % interval misses 4 of 80.
+TEST(StartFromData, IntervalsHoldTheTruthAsOftenAsTheySay) {
+  const Motor& m = synthetic::motors()[1];
+  const auto t = truth_of(m);
+  const std::array truth{t.R_s, t.R_r, t.L_l, t.L_m};
+  Model empty;
+  empty.pole_pairs = m.pole_pairs;
+  int held = 0, all = 0;
+  for (std::uint64_t draw = 0; draw < 20; ++draw) {
+    const Model model = start_from_data(empty, steady_set(m, 1000 * (draw + 1)), 2).model;
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const Parameter& p = model.*base_parameters()[k].place;
+      ++all;
+      held += p.ci95_low < truth[k] && truth[k] < p.ci95_high ? 1 : 0;
+    }
+  }
+  std::printf("95 %% intervals hold the truth %d times of %d\n", held, all);
+  EXPECT_GE(held, 68);
 }
 
 TEST(StartFromData, NoStartFromOutsideDecidesNorTheNumberOfThreads) {
