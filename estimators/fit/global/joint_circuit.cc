@@ -17,12 +17,12 @@ namespace imrig::est {
 namespace {
 
 constexpr std::size_t kCandidates = 24, kStarts = 5, kFinalists = 2;
-constexpr std::size_t kScouts = 12;       // records or rows that the starts are fitted to
+constexpr std::size_t kScouts = 12;  // records or rows that the starts are fitted to
 constexpr int kScoutRounds = 20;
-constexpr int kMostSteps = 12;            // of the machine's motion in a sample: beyond, the samples do not follow it
-constexpr double kRoughSigma = 0.5;       // of a rough value that stays
-constexpr double kMisses = 0.3;           // of the signal: no model of these records
-constexpr double kFarOff = 5.0;           // times the median record's error, and kMisses: set aside
+constexpr int kMostSteps = 12;  // of the machine's motion in a sample: beyond, the samples do not follow it
+constexpr double kRoughSigma = 0.5;  // of a rough value that stays
+constexpr double kMisses = 0.3;      // of the signal: no model of these records
+constexpr double kFarOff = 5.0;      // times the median record's error, and kMisses: set aside
 constexpr std::array<std::size_t, 4> kOpenFirst{0, 2, 1, 3};  // R_s, L_l, R_r, L_m where several are as open
 
 using Entries = std::vector<std::size_t>;
@@ -33,10 +33,12 @@ class Joint {
   Joint(const DataSet& data, const std::array<Told, 4>& told, int threads)
       : told_(told), rough_(rough(data, threads)), problem_(data, machine(rough_.front()), threads) {
     which_ = problem_.fitted();
-    if (which_.empty()) throw Error("data set \"" + data.name + "\"", "holds hold-out records only", "some must be fitted");
+    if (which_.empty())
+      throw Error("data set \"" + data.name + "\"", "holds hold-out records only", "some must be fitted");
     std::erase_if(which_, [&](std::size_t k) { return problem_.entries()[k].steps > kMostSteps; });
     if (which_.empty())
-      throw Error("data set \"" + data.name + "\"", "has samples too far apart for the machine between them to be followed",
+      throw Error("data set \"" + data.name + "\"",
+                  "has samples too far apart for the machine between them to be followed",
                   "is the time in seconds?");
     for (std::size_t m = 0; m < kBase; ++m) {
       if (!told_[m].held && std::isfinite(told_[m].value) && told_[m].sigma > 0.0)
@@ -68,8 +70,11 @@ class Joint {
     std::array<double, 4> held{};
     for (std::size_t m = 0; m < kBase; ++m) held[m] = told_[m].held || m == 0 ? told_[m].value : kMissing;
     std::vector<Base> out;
-    for (const auto& c : rough_circuits(data, held, kCandidates, threads)) out.push_back({c.R_s, c.R_r, c.L_l, c.L_m});
-    if (out.empty()) throw Error("data set \"" + data.name + "\"", "has no record with voltage and current to start from", "");
+    for (const auto& c : rough_circuits(data, held, kCandidates, threads))
+      out.push_back({c.R_s, c.R_r, c.L_l, c.L_m});
+    if (out.empty())
+      throw Error("data set \"" + data.name + "\"", "has no record with voltage and current to start from",
+                  "");
     return out;
   }
 
@@ -151,7 +156,8 @@ class Joint {
   // A record that the others' motor misses by far (phases swapped, a wrong gain) does not vote.
   void set_aside(const GlobalFit& fit) {
     std::vector<double> errors;
-    for (const RecordTerms& r : fit.terms.records) errors.push_back(r.signal2 > 0.0 ? std::sqrt(r.error2 / r.signal2) : 0.0);
+    for (const RecordTerms& r : fit.terms.records)
+      errors.push_back(r.signal2 > 0.0 ? std::sqrt(r.error2 / r.signal2) : 0.0);
     std::vector<double> sorted = errors;
     std::sort(sorted.begin(), sorted.end());
     const double limit = std::max(kMisses, kFarOff * sorted[sorted.size() / 2]);
@@ -173,7 +179,8 @@ class Joint {
 
   // Width of the 95 % interval over the value.
   static double width(double sigma, double value) {
-    return std::isfinite(sigma) && value > 0.0 ? 2.0 * kNormal975 * sigma / value : std::numeric_limits<double>::infinity();
+    return std::isfinite(sigma) && value > 0.0 ? 2.0 * kNormal975 * sigma / value
+                                               : std::numeric_limits<double>::infinity();
   }
 
   std::size_t most_open(const GlobalFit& fit) const {
@@ -187,7 +194,8 @@ class Joint {
     return worst;
   }
 
-  // What the uncertainty of those that were not fitted does to those that were: d theta = -H^-1 H_held d held.
+  // What the uncertainty of those that were not fitted does to those that were: d theta = -H^-1 H_held d
+  // held.
   Eigen::Vector4d passed_on(const GlobalFit& fit) const {
     Eigen::Vector4d out = Eigen::Vector4d::Zero();
     const Freedom free = freedom();
@@ -221,7 +229,8 @@ class Joint {
     const Eigen::Vector4d more = passed_on(fit);
     for (std::size_t m = 0; m < kBase; ++m) {
       out.value[m] = fit.at.shared[m];
-      out.sigma[m] = told_[m].held ? told_[m].sigma : std::hypot(fit.sigma(m), more[static_cast<Eigen::Index>(m)]);
+      out.sigma[m] =
+          told_[m].held ? told_[m].sigma : std::hypot(fit.sigma(m), more[static_cast<Eigen::Index>(m)]);
       out.open[m] = !told_[m].held && (open_[m] || width(out.sigma[m], out.value[m]) > 1.0);
       if (out.open[m]) out.sigma[m] = kMissing;
     }
@@ -240,7 +249,8 @@ class Joint {
   static std::string failure(const GlobalFit& fit, double nrmse) {
     if (!std::isfinite(fit.chi2)) return "the fit of all records together failed";
     if (!fit.converged) return "the fit of all records together did not settle";
-    if (nrmse > kMisses) return fmt::format("the fit of all records together misses the current by {:.0f} %", 100.0 * nrmse);
+    if (nrmse > kMisses)
+      return fmt::format("the fit of all records together misses the current by {:.0f} %", 100.0 * nrmse);
     return "";
   }
 

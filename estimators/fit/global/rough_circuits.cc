@@ -17,12 +17,12 @@ namespace {
 
 using Circuit = MachineParameters<double>;
 
-constexpr std::size_t kMostPoints = 48;  // a start needs no more
-constexpr std::size_t kSpread = 6;       // points over the load that circuits are made from
-constexpr double kWorst = 4.0;           // of one point's mismatch: a bad point must not decide
-constexpr double kAlike = 0.1;           // of every logarithm
-constexpr double kUncommon = 0.01;       // of the squared logarithms, a point
-constexpr double kCommonLeakage = 0.08;  // L_l over L_m; R_s and R_r are alike
+constexpr std::size_t kMostPoints = 48;                // a start needs no more
+constexpr std::size_t kSpread = 6;                     // points over the load that circuits are made from
+constexpr double kWorst = 4.0;                         // of one point's mismatch: a bad point must not decide
+constexpr double kAlike = 0.1;                         // of every logarithm
+constexpr double kUncommon = 0.01;                     // of the squared logarithms, a point
+constexpr double kCommonLeakage = 0.08;                // L_l over L_m; R_s and R_r are alike
 constexpr std::array kStatorShares{0.01, 0.03, 0.08};  // R_s over Z, where nothing tells it
 
 // Level of the impedance, and the angular frequency it belongs to.
@@ -99,13 +99,15 @@ std::complex<double> measured_current(const SteadyPoint& p) {
 double mismatch(const Circuit& theta, const std::vector<SteadyPoint>& points, int pole_pairs) {
   double sum = 0.0;
   for (const SteadyPoint& p : points) {
-    const auto s = steady_state(theta, pole_pairs, p.v_peak_V, 2.0 * kPi * p.f_Hz, pole_pairs * p.speed_rad_s);
+    const auto s =
+        steady_state(theta, pole_pairs, p.v_peak_V, 2.0 * kPi * p.f_Hz, pole_pairs * p.speed_rad_s);
     const std::complex<double> model(s.i_s.re, s.i_s.im);
     const double size = std::log(std::abs(model) / p.i_peak_A);
     const double angle = std::isfinite(p.p_in_W) ? std::arg(model / measured_current(p)) : 0.0;
     sum += std::min(kWorst, size * size + angle * angle);
   }
-  const double leakage = std::log(theta.L_l / (kCommonLeakage * theta.L_m)), resistance = std::log(theta.R_s / theta.R_r);
+  const double leakage = std::log(theta.L_l / (kCommonLeakage * theta.L_m)),
+               resistance = std::log(theta.R_s / theta.R_r);
   return sum + kUncommon * static_cast<double>(points.size()) * (leakage * leakage + resistance * resistance);
 }
 
@@ -121,7 +123,8 @@ std::vector<SteadyPoint> spread(std::vector<SteadyPoint> points) {
   return out;
 }
 
-std::vector<Circuit> candidates(const std::vector<SteadyPoint>& points, const Level& level, double R_s, int pole_pairs) {
+std::vector<Circuit> candidates(const std::vector<SteadyPoint>& points, const Level& level, double R_s,
+                                int pole_pairs) {
   std::vector<double> resistances;
   for (const double share : kStatorShares) resistances.push_back(share * level.Z_ohm);
   if (std::isfinite(R_s)) resistances = {R_s};
@@ -165,7 +168,8 @@ std::vector<MachineParameters<double>> rough_circuits(const DataSet& data, const
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return off[a] < off[b]; });
   std::vector<Circuit> best;
   for (const std::size_t k : order) {
-    const bool known = std::any_of(best.begin(), best.end(), [&](const Circuit& c) { return alike(c, all[k]); });
+    const bool known =
+        std::any_of(best.begin(), best.end(), [&](const Circuit& c) { return alike(c, all[k]); });
     if (!known && best.size() < most) best.push_back(all[k]);
   }
   return best;

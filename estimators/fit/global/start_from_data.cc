@@ -51,12 +51,15 @@ std::string sentence_of(const DataStart& start, const JointCircuit& joint) {
     out = fmt::format("{} {} fitted to {} without a start from outside", listed(start.together),
                       start.together.size() == 1 ? "was" : "were", fitted_to(joint));
   if (!start.starts.empty())
-    out += fmt::format("{}{} {} not determined by these data: a rough start and no result{}", out.empty() ? "" : "; ",
-                       listed(start.starts), start.starts.size() == 1 ? "is" : "are",
+    out += fmt::format("{}{} {} not determined by these data: a rough start and no result{}",
+                       out.empty() ? "" : "; ", listed(start.starts), start.starts.size() == 1 ? "is" : "are",
                        joint.failure.empty() ? "" : " (" + joint.failure + ")");
   if (joint.times_noise > kMisfit)
-    out += fmt::format("; the misfit is {:.3g} times what noise leaves: the circuit may lack an effect, and the parameters are "
-                       "what fits best without it", joint.times_noise);
+    out += fmt::format(
+        "; the misfit is {:.3g} times what noise leaves: the circuit may lack an effect, and the parameters "
+        "are "
+        "what fits best without it",
+        joint.times_noise);
   return out;
 }
 
@@ -71,7 +74,8 @@ DataStart start_from_data(const Model& model, const DataSet& data, int threads) 
   DataStart out;
   out.model = model;
   const auto& bases = base_parameters();
-  if (std::all_of(bases.begin(), bases.end(), [&](const auto& b) { return is_result(model.*b.place); })) return out;
+  if (std::all_of(bases.begin(), bases.end(), [&](const auto& b) { return is_result(model.*b.place); }))
+    return out;
   std::array<Told, 4> told;
   for (std::size_t m = 0; m < told.size(); ++m) told[m] = told_of(model.*bases[m].place, m == 0);
   const JointCircuit joint = joint_circuit(data, told, threads);
@@ -83,7 +87,8 @@ DataStart start_from_data(const Model& model, const DataSet& data, int threads) 
     p.value = joint.value[m];
     p.unit = bases[m].unit;
     p.found = open ? std::string(kRoughStart) + ": these data leave it open"
-                   : fmt::format("all records together, {} record{}", joint.records.size(), joint.records.size() == 1 ? "" : "s");
+                   : fmt::format("all records together, {} record{}", joint.records.size(),
+                                 joint.records.size() == 1 ? "" : "s");
     if (!open) {
       const double half = kNormal975 * std::hypot(joint.sigma[m], gain_sigma(data.accuracy) * p.value);
       p.ci95_low = p.value - half;

@@ -1,7 +1,8 @@
 #pragma once
-// The base parameters that a model lacks, from all records together (joint_circuit.h), so that no step after it has
-// to refuse the model. What the model knows well stays and is held: to 1 %, R_s to 5 % where it was measured by itself,
-// what has no interval because somebody gave it. What it knows less well is fitted again with the rest.
+// The base parameters that a model lacks, from all records together (joint_circuit.h), so that no step after
+// it has to refuse the model. What the model knows well stays and is held: to 1 %, R_s to 5 % where it was
+// measured by itself, what has no interval because somebody gave it. What it knows less well is fitted again
+// with the rest.
 
 #include <string>
 #include <vector>
@@ -14,9 +15,10 @@ namespace imrig::est {
 struct DataStart {
   Model model;
   std::vector<std::string> together;  // names of what was found from all records together
-  std::vector<std::string> starts;    // what these data leave open: the model holds a rough start and no interval
-  std::vector<std::size_t> records;   // of the data set, that were fitted
-  std::string sentence;               // both, for people; empty where nothing was lacking
+  std::vector<std::string>
+      starts;  // what these data leave open: the model holds a rough start and no interval
+  std::vector<std::size_t> records;  // of the data set, that were fitted
+  std::string sentence;              // both, for people; empty where nothing was lacking
 };
 
 // A number that may be used: positive, and its 95 % interval, if it has one, no wider than itself.

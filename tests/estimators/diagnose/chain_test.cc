@@ -1,4 +1,5 @@
-// identify, then diagnose, on data where no record alone tells the motor: the chain goes through, and names what is there.
+// identify, then diagnose, on data where no record alone tells the motor: the chain goes through, and names
+// what is there.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -29,11 +30,13 @@ DataSet empty_set(double voltage_noise) {
   return data;
 }
 
-Record record_of(const DataSet& data, double voltage, double frequency, double load, double step, std::uint64_t seed) {
+Record record_of(const DataSet& data, double voltage, double frequency, double load, double step,
+                 std::uint64_t seed) {
   Record r;
   r.id = fmt::format("v{}_f{}_load{}", voltage, frequency, load);
   r.kind = step > 0.0 ? RecordKind::kStep : RecordKind::kSteady;
-  auto c = synthetic::step_case(motor(), voltage * frequency, frequency, load * motor().slip / frequency, 200e-6, 1500);
+  auto c = synthetic::step_case(motor(), voltage * frequency, frequency, load * motor().slip / frequency,
+                                200e-6, 1500);
   c.step = step;
   r.series = synthetic::record(motor(), c);
   synthetic::add_noise(r.series, data.noise.current_A, data.noise.voltage_V, data.noise.speed_rad_s, seed);
@@ -123,7 +126,8 @@ DataSet saturated_table(const std::vector<double>& voltages) {
   table.id = "table";
   table.kind = RecordKind::kPoints;
   for (const double v : voltages) {
-    for (const double slip : {5e-4, 0.01, 0.02, 0.035}) table.points.push_back(saturated_point({}, 60.0, slip, v));
+    for (const double slip : {5e-4, 0.01, 0.02, 0.035})
+      table.points.push_back(saturated_point({}, 60.0, slip, v));
   }
   DataSet data = test::data_set({table});
   data.noise.current_A = 0.02;
@@ -152,7 +156,8 @@ TEST(Chain, AModelFileWithoutParametersIsFilledFromTheDataAndItIsSaid) {
   empty.pole_pairs = motor().pole_pairs;
   const Improvement found = improve(empty, data);
   EXPECT_EQ(found.diagnosis.verdict, "adequate");
-  EXPECT_NE(found.diagnosis.explanation.front().find("does not know all of its parameters"), std::string::npos);
+  EXPECT_NE(found.diagnosis.explanation.front().find("does not know all of its parameters"),
+            std::string::npos);
   EXPECT_NO_THROW(found.model.machine());
   EXPECT_NEAR(found.model.R_s.value / motor().R_s, 1.0, 0.02);
 }

@@ -1,5 +1,5 @@
-// The motor from all records together, where no record alone tells it: steady records, tables, and what is said where
-// the data leave a parameter open.
+// The motor from all records together, where no record alone tells it: steady records, tables, and what is
+// said where the data leave a parameter open.
 #include "estimators/fit/global/start_from_data.h"
 
 #include <fmt/format.h>
@@ -66,8 +66,8 @@ void expect_truth(const Motor& m, const Model& model, double within) {
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const auto& base = base_parameters()[k];
     const Parameter& p = model.*base.place;
-    std::printf("%-22s %s %10.6g %11.6g [%10.6g, %10.6g] %s\n", m.name, base.name, truth[k], p.value, p.ci95_low,
-                p.ci95_high, p.found.c_str());
+    std::printf("%-22s %s %10.6g %11.6g [%10.6g, %10.6g] %s\n", m.name, base.name, truth[k], p.value,
+                p.ci95_low, p.ci95_high, p.found.c_str());
     EXPECT_NEAR(p.value / truth[k], 1.0, within) << m.name << " " << base.name;
     EXPECT_NEAR(p.value, truth[k], 1.5 * 0.5 * (p.ci95_high - p.ci95_low)) << m.name << " " << base.name;
   }
@@ -226,7 +226,8 @@ TEST(StartFromData, TheRefusalOfAnIncompleteModelSaysWhatToDo) {
     model.machine();
     FAIL();
   } catch (const Error& e) {
-    EXPECT_THAT(e.what(), testing::AllOf(HasSubstr("does not know R_r"), HasSubstr("imrig identify"), HasSubstr("imrig improve")));
+    EXPECT_THAT(e.what(), testing::AllOf(HasSubstr("does not know R_r"), HasSubstr("imrig identify"),
+                                         HasSubstr("imrig improve")));
   }
 }
 
