@@ -45,6 +45,7 @@ struct Segment {
     out.turn = between(from.turn, to.turn);
     out.rotor_turn = between(from.rotor_turn, to.rotor_turn);
     out.voltage_rate = from.voltage_rate + part * (to.voltage_rate - from.voltage_rate);
+    out.current = from.current + part * (to.current - from.current);
     return out;
   }
 };

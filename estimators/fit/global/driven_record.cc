@@ -98,6 +98,8 @@ Instant DrivenRecord::at(std::size_t k) const {
   out.rotor_turn = rotor_turn[k];
   out.voltage_rate = voltage_rate[k];
   out.sample_time_s = frame.sample_time_s;
+  out.current = frame.i[k];
+  out.has_current = true;
   if (!stator_C.empty()) out.stator_C = stator_C[k];
   return out;
 }

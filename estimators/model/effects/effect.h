@@ -68,6 +68,8 @@ struct Instant {
       0.0;  // dv/dt of the measured voltage in the stationary frame, V/s, seen in the frame
   double stator_C = kUnknown_C;  // measured winding temperature
   double sample_time_s = 0.0;    // over which what drives the motor is a mean
+  std::complex<double> current = 0.0;  // measured, in the frame
+  bool has_current = false;
 };
 
 // Stator current and rotor current (into the rotor's resistance), A: the gradients of the magnetic energy.

@@ -6,6 +6,10 @@
 // inverter: sharpness n = 2 in the plain form, near tanh at 2.7, clipped straight lines as n grows.
 // The mean of a sign over a sample time h is soft over what the current crosses in it: width^2 + (w |i|
 // h/2)^2.
+// The sign is the measured current's where there is one: a simulated one that is off switches at the wrong
+// instant, and a sharp sign of it is stiffer than any step of the simulation. But near zero the current is
+// what the sign makes of it, and noise decides the measured one's: the richest form mixes by_model of the
+// simulated current in.
 
 #include <array>
 #include <cmath>
@@ -22,11 +26,14 @@ class InverterDeadTime : public EffectLaw<T> {
   static constexpr EffectParameter kShared[] = {
       {"drop_V", "V", Role::kAmplitude, 0.0, -2.0, 100.0, 0.1},
       {"width_A", "A", Role::kShape, 0.3, 1e-3, 100.0, 0.1, kWidths},
-      {"sharpness", "1", Role::kShape, 2.0, 1.0, 12.0, 0.5}};
+      {"sharpness", "1", Role::kShape, 2.0, 1.0, 12.0, 0.5},
+      {"by_model", "1", Role::kShape, 0.0, 0.0, 1.0, 0.2}};
   static constexpr std::size_t kForm0[] = {0, 1};
   static constexpr std::size_t kForm1[] = {0, 1, 2};
+  static constexpr std::size_t kForm2[] = {0, 1, 2, 3};
   static constexpr EffectForm kForms[] = {{"drop", kForm0, false, false},
-                                          {"drop, its own sharpness", kForm1, false, true}};
+                                          {"drop, its own sharpness", kForm1, false, true},
+                                          {"drop, also by the model's current", kForm2, false, true}};
   static constexpr EffectInfo kInfo = {
       "inverter_dead_time",
       "The inverter loses a voltage against the sign of each phase current: dead time and device drop",
@@ -43,7 +50,8 @@ class InverterDeadTime : public EffectLaw<T> {
     using std::sqrt;
     if (!active_) return;
     const Cx<T> turn(T(at.turn.real()), T(at.turn.imag()));
-    const Cx<T> i = i_s * turn;
+    const Cx<T> measured(T(at.current.real()), T(at.current.imag()));
+    const Cx<T> i = (at.has_current ? measured + scaled(p_[3], i_s - measured) : i_s) * turn;
     const std::array<T, 3> phases{i.re, kHalfRoot3 * i.im - 0.5 * i.re, -(kHalfRoot3 * i.im) - 0.5 * i.re};
     const double crossed = 0.5 * at.w_k * at.sample_time_s;
     const T width = sqrt(p_[1] * p_[1] + crossed * crossed * (i.re * i.re + i.im * i.im));
