@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "estimators/diagnose/missing/parts.h"
 #include "estimators/diagnose/missing/unexplained.h"
 #include "estimators/fit/global/start_from_data.h"
 #include "estimators/model/effects/registry.h"
@@ -19,6 +20,7 @@ constexpr double kNormal975 = 1.959963984540054;
 constexpr double kExplained = 0.85;  // share of the excess that an explanation must take away
 constexpr double kWide = 5.0;  // an effect of so many times what matters must show, or the data cannot tell
 constexpr std::size_t kMostAtOnce = 3;
+constexpr std::size_t kMostWarnings = 3;
 constexpr double kFollows = 0.7,
                  kFollowsMore = 0.3;  // of the values' variance; more than what goes with heat explains
 
@@ -52,8 +54,8 @@ std::string quiet_verdict(const GlobalProblem& problem, const SearchStep& step, 
   if (trial != nullptr && !trial->sound) return "cannot tell";
   if (score.change.empty() && !form_of(score.candidate).local) return "cannot tell";
   if (width > kWide) return "cannot tell";
-  if (trial != nullptr && trial->wald > kSure) return "negligible";
-  return size < 1.0 ? "absent" : "negligible";
+  if (trial != nullptr && trial->wald > kSure) return trial->size < 1.0 ? "negligible" : "cannot tell";
+  return size < 1.0 ? "absent" : trial != nullptr ? "cannot tell" : "negligible";
 }
 
 bool accepted(const Diagnosis& d, std::size_t effect) {
@@ -77,6 +79,35 @@ const Trial* trial_of(const SearchStep& step, std::size_t effect) {
   return found == step.trials.end() ? nullptr : &*found;
 }
 
+// The step that accepted the effect, else the last one: what it would be beside all that was accepted.
+const SearchStep& step_of(const Search& search, std::size_t effect) {
+  const auto found = std::find_if(search.steps.begin(), search.steps.end(), [&](const SearchStep& s) {
+    return !s.claims.empty() && s.trials[s.claims.front()].candidate.effect == effect;
+  });
+  return found == search.steps.end() ? search.steps.back() : *found;
+}
+
+const Score* score_of(const SearchStep& step, std::size_t effect) {
+  const auto found = std::find_if(step.ranking.scores.begin(), step.ranking.scores.end(),
+                                  [&](const Score& s) { return s.candidate.effect == effect; });
+  return found == step.ranking.scores.end() ? nullptr : &*found;
+}
+
+// Family-wise: of the score's random signs, or of a refit's where no sign can tell (values for each record,
+// sensor errors inside their accuracy, one record that shows it all).
+double p_value(const SearchStep& step, const Trial* trial, std::size_t effect) {
+  const double p = p_of(step.ranking, effect);
+  if (trial == nullptr) return p;
+  const double scale = std::max(1.0, trial->chi2 / std::max(1.0, trial->model.fit.dof));
+  const double drop = (step.base.chi2 - trial->chi2) / scale;
+  if (form_of(trial->candidate).local) {  // chi2 of so many values, as a normal deviate
+    const double values = std::max(1.0, step.base.model.fit.dof - trial->model.fit.dof);
+    return family_wise(std::max(0.0, (drop - values) / std::sqrt(2.0 * values)));
+  }
+  if (explains_most(*trial, step.base)) return std::min(p, family_wise(std::sqrt(drop)));
+  return p == 1.0 ? family_wise(trial->wald) : p;
+}
+
 // One row an effect: its best trial, or its best score where it was not worth one.
 void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagnosis& out) {
   std::set<std::size_t> done;
@@ -87,23 +118,24 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
     CandidateResult c;
     c.effect = kEffectInfos[effect].name;
     c.score = score.lambda;
-    c.p_value = p_of(step.ranking, effect);
     c.holdout_nrmse_before = before;
-    const Trial* trial = trial_of(step, effect);
-    c.form = form_of(score.candidate).name;
-    if (trial != nullptr) {
-      // Values for each record, and sensor errors inside their accuracy, have a refit's p alone.
-      if (form_of(trial->candidate).local)
-        c.p_value = family_wise(std::max(0.0, surely_better(*trial, step.base)));
-      else if (c.p_value == 1.0)
-        c.p_value = family_wise(trial->wald);
+    if (const Trial* trial = trial_of(step, effect))
       c.holdout_nrmse_after = judge(problem, trial->model, problem.holdout()).nrmse();
+    // What it is, beside all else that was accepted.
+    const SearchStep& late = rival(out, effect) ? step : step_of(out.search, effect);
+    const Score* found = score_of(late, effect);
+    const SearchStep& own = found == nullptr ? step : late;
+    const Score& last = found == nullptr ? score : *found;
+    const Trial* trial = trial_of(own, effect);
+    c.p_value = p_value(own, trial, effect);
+    c.form = form_of(last.candidate).name;
+    if (trial != nullptr) {
       add_estimate(trial->model, trial->candidate, c);
     } else {
-      for (std::size_t k = 0; k < score.change.size(); ++k) {
-        const EffectParameter& p = shared_parameter(score.amplitudes[k]);
-        const double value = p.neutral + score.change[k];
-        c.estimate[p.name] = {value, value - kNormal975 * score.sigma[k], value + kNormal975 * score.sigma[k],
+      for (std::size_t k = 0; k < last.change.size(); ++k) {
+        const EffectParameter& p = shared_parameter(last.amplitudes[k]);
+        const double value = p.neutral + last.change[k];
+        c.estimate[p.name] = {value, value - kNormal975 * last.sigma[k], value + kNormal975 * last.sigma[k],
                               p.unit, "forecast"};
       }
     }
@@ -112,7 +144,7 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
     }
     c.verdict = accepted(out, effect) ? "missing"
                 : rival(out, effect)  ? "confusable"
-                                      : quiet_verdict(problem, step, score, trial);
+                                      : quiet_verdict(problem, own, last, trial);
     double d = 1e9;
     for (std::size_t a = 0; a < step.ranking.scores.size(); ++a) {
       if (!(step.ranking.scores[a].candidate == score.candidate)) continue;
@@ -156,9 +188,13 @@ void explain_findings(const SearchStep& step, Diagnosis& d) {
   if (info.alike[0] != '\0')
     d.explanation.push_back(fmt::format("The same equation holds for {}: measurements at the terminals cannot tell.", info.alike));
   std::string values;
-  for (const auto& [name, p] : d.candidates.front().estimate)
-    values += fmt::format("{}{} = {:.4g}{} (95 %: {:.4g} to {:.4g})", values.empty() ? "" : "; ", name,
-                          p.value, p.unit == "1" ? std::string() : fmt::format(" {}", p.unit), p.ci95_low, p.ci95_high);
+  for (const auto& [name, p] : d.candidates.front().estimate) {
+    const std::string interval = std::isfinite(p.ci95_low)
+                                     ? fmt::format("95 %: {:.4g} to {:.4g}", p.ci95_low, p.ci95_high)
+                                     : "on a bound, or not determined";
+    values += fmt::format("{}{} = {:.4g}{} ({})", values.empty() ? "" : "; ", name, p.value,
+                          p.unit == "1" ? std::string() : fmt::format(" {}", p.unit), interval);
+  }
   if (!values.empty()) d.explanation.push_back(fmt::format("{}: {}.", info.equation, values));
   std::vector<std::string> also;
   for (std::size_t k = 1; k < d.search.findings.size(); ++k)
@@ -206,7 +242,9 @@ bool follows(const ValuePattern& p) { return p.share > kFollows && p.share > p.b
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const SearchStep& first = d.search.steps.front();
   const double before = chi2_per_value(first.base), after = chi2_per_value(d.search.final);
-  const bool inside = after < kBand && d.search.at_floor;
+  // Where one record alone shows something, the others cannot predict it; records held out then have the last
+  // word.
+  const bool inside = d.search.at_floor && (after < kBand || !problem.holdout().empty());
   if (d.search.findings.empty()) {
     // Records left out that are off though the fit is not: too few to hold the parameters.
     const bool fits = first.base.chi2 < kBand * static_cast<double>(first.base.model.fit.values);
@@ -233,8 +271,23 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.effect.clear();
     d.confusable.clear();
   }
-  if (d.verdict == "unknown" || (!d.effect.empty() && after > kBand))
+  if (d.verdict == "unknown" || (!d.effect.empty() && !inside_band(problem, d.search.changes.back().fitted)))
     d.unexplained = describe_unexplained(problem, d.search.final);
+}
+
+// What was found at import: data that are wrong look like physics.
+void repeat_warnings(const DataSet& data, Diagnosis& d) {
+  std::size_t told = 0, all = 0;
+  for (const Record& r : data.records) {
+    for (const std::string& warning : r.warnings) {
+      if (warning.starts_with("columns not used")) continue;
+      if (++all > kMostWarnings) continue;
+      d.explanation.push_back(fmt::format("Look at the data first: {}: {}.", r.id, warning));
+      ++told;
+    }
+  }
+  if (all > told)
+    d.explanation.push_back(fmt::format("And {} more warnings: imrig info tells them.", all - told));
 }
 
 void explain(const GlobalProblem& problem, const std::vector<std::string>& without, Diagnosis& d) {
@@ -247,10 +300,19 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
         fmt::format("The current's noise is {:.2g} times what was declared; the data are believed.",
                     problem.noise().declared_factor));
   if (!d.search.findings.empty()) explain_findings(first, d);
-  if (d.verdict == "adequate")
+  if (d.verdict == "adequate") {
+    const std::size_t held = problem.holdout().size();
     d.explanation.push_back(fmt::format(
-        "Nothing is missing that {} records could show: the misfit is {:.3g} times what noise leaves.",
-        problem.fitted().size(), chi2_per_value(first.base)));
+        "Nothing is missing that {} records{} could show: the misfit is {:.3g} times what noise leaves.",
+        problem.fitted().size(), held > 0 ? fmt::format(" (and {} held out)", held) : "",
+        chi2_per_value(first.base)));
+  }
+  const bool unused_torque = std::any_of(problem.data().records.begin(), problem.data().records.end(),
+                                         [](const Record& r) { return !r.series.torque_Nm.empty(); });
+  if (unused_torque)
+    d.explanation.push_back(
+        "Torque of time series is not judged: friction_windage and stray_load_loss show in tables of steady "
+        "points.");
   if (!d.effect.empty() && d.unexplained)
     d.explanation.push_back("Something remains that no effect of the library explains: " +
                             d.unexplained->description);
@@ -259,7 +321,12 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
         "Records held out lie above what noise leaves: they may reach beyond what was fitted (larger current, flux "
         "or slip), where the form of an effect is not known.");
   if (d.verdict == "unknown")
-    d.explanation.push_back("No effect of the library explains the misfit: " + d.unexplained->description);
+    d.explanation.push_back((d.search.findings.empty()
+                                 ? "No effect of the library explains the misfit: "
+                                 : "That is no explanation: much remains, or it does not hold still: ") +
+                            d.unexplained->description);
+  if (!d.effect.empty() && d.search.at_floor && chi2_per_value(d.search.final) > kBand)
+    d.explanation.push_back("One record alone shows part of this: the others would not predict it.");
   for (const ValuePattern& p : d.patterns) {
     if (follows(p))
       d.explanation.push_back(fmt::format(
@@ -294,7 +361,9 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   }
   const DataStart known = start_from_data(given, data, options.threads);
   const Model& model = known.model;
-  const GlobalProblem problem(data, model.machine(), options.threads);
+  std::vector<std::string> cut;
+  const DataSet parts = in_parts(data, cut);
+  const GlobalProblem problem(parts, model.machine(), options.threads);
   if (problem.fitted().empty()) throw Error("diagnose", "finds hold-out records only", "some must be fitted");
   Diagnosis out;
   WorkingModel start = working_model(problem, model);
@@ -303,6 +372,10 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   out.search = search(problem, start, {options.most_effects, options.report});
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
+  repeat_warnings(data, out);
+  if (!cut.empty())
+    out.explanation.push_back(fmt::format("Few records: {} {} cut into parts, which are judged like records.",
+                                          listed(cut), cut.size() == 1 ? "was" : "were"));
   explain(problem, options.without, out);
   if (!known.sentence.empty())
     out.explanation.insert(out.explanation.begin(), "The model does not know all of its parameters: " + known.sentence + ".");

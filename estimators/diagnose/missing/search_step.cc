@@ -18,6 +18,7 @@ constexpr double kRicherGain = 0.02;        // share of the excess that a richer
 constexpr double kRicherTold = 0.7;         // one record at the far end may carry it all
 constexpr double kFamilyWise = 0.01;
 constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a value
+constexpr double kOverNoise = 10.0;   // times what noise of the voltage does to the fit as it is
 constexpr double kMostOfIt = 0.5;     // of the misfit, where one record shows it all
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
@@ -71,13 +72,14 @@ bool richer_wins(const Trial& richer, const Trial& plain) {
   return others - worst > 0.0;
 }
 
-// Takes most of a misfit that no noise makes. One start, or one log, may show an effect thousands of standard
-// errors off and all by itself: then no other record asks for it, and signs of blocks cannot tell it from
-// chance.
-bool explains_most(const Trial& trial, const Trial& base) {
-  const double values = values_of(base), whole = base.chi2 - values, left = trial.chi2 - values;
-  return base.chi2 > kBand * values && base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) &&
-         left < (1.0 - kMostOfIt) * whole;
+// The noise passes through the model into error and derivatives alike, and moves every parameter, one more
+// with a new effect: to the second order chi2 falls by g' C g, g the expected gradient.
+double noise_gain(const GlobalProblem& problem, const Trial& base) {
+  const GlobalFit& fit = base.model.fit;
+  if (fit.noise_covariance.size() == 0) return 0.0;
+  const Eigen::VectorXd g = problem.noise_gradient(fit.at, fit.free.shared, problem.fitted());
+  const double gain = g.dot(fit.noise_covariance * g);
+  return std::isfinite(gain) ? gain : 0.0;
 }
 
 bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) {
@@ -85,9 +87,10 @@ bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) 
   if (!trial.sound || !trial.determined || trial.size < 1.0) return false;
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
+  if (base.chi2 - trial.chi2 < kOverNoise * step.noise_gain) return false;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
-  if (base.left_out_chi2 <= trial.left_out_chi2) return false;
   if (explains_most(trial, base)) return true;
+  if (base.left_out_chi2 <= trial.left_out_chi2) return false;
   // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
   const double better = surely_better(trial, base);
   const bool large = base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) && better > kTold;
@@ -161,7 +164,14 @@ void sort_and_claim(SearchStep& step, std::size_t records) {
 }  // namespace
 
 bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Trial& base) {
-  return with.sound && worth_its_values(with, base, problem.fitted().size());
+  return with.sound && base.chi2 - with.chi2 > kOverNoise * noise_gain(problem, base) &&
+         worth_its_values(with, base, problem.fitted().size());
+}
+
+bool explains_most(const Trial& trial, const Trial& base) {
+  const double values = values_of(base), whole = base.chi2 - values, left = trial.chi2 - values;
+  return base.chi2 > kBand * values && base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) &&
+         left < (1.0 - kMostOfIt) * whole;
 }
 
 bool same_worth(const Trial& best, const Trial& other, double whole, double values) {
@@ -223,6 +233,7 @@ SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record,
     if (report) report({what, done, total});
   };
   step.base = std::move(base);
+  step.noise_gain = noise_gain(problem, step.base);
   tell("ranking", 0, 1);
   step.ranking =
       score_test(problem, step.base.model, candidates_for(problem, step.base.model, by_record), which);

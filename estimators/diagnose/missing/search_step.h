@@ -30,6 +30,8 @@ using SearchReport = std::function<void(const SearchProgress&)>;
 
 struct SearchStep {
   Trial base;  // the model as it is, refitted
+  double noise_gain =
+      0.0;  // drop of chi2 that noise of the voltage alone makes, by what it does to the parameters
   ScoreTest ranking;
   std::vector<Trial> trials;        // best first, judged on records left out
   std::vector<std::size_t> claims;  // trials that may be claimed; the first is the best
@@ -46,6 +48,11 @@ SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record,
 
 // Whether a form that frees a value for each record wins enough for that many values.
 bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Trial& base);
+
+// Whether a refit takes most of a misfit that no noise makes. One start, or one log, may show an effect
+// thousands of standard errors off and all by itself: then no other record asks for it, and signs of blocks
+// cannot tell it from chance.
+bool explains_most(const Trial& trial, const Trial& base);
 
 // Richer forms of one active effect, kept where they win much and not on one record alone.
 Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect);

@@ -1,0 +1,159 @@
+// Data that are no tidy campaign: one log, one record that shows it all, values that only look like heat, an
+// inverter's command for a voltage, a fast supply.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimators/diagnose/diagnose.h"
+#include "estimators/diagnose/missing/parts.h"
+#include "estimators/diagnose/missing/search_step.h"
+#include "estimators/fit/global/driven_record.h"
+#include "rig/base/space_vector.h"
+#include "tests/estimators/diagnose/flawed_grid.h"
+
+namespace imrig::est {
+namespace {
+
+const synthetic::Motor& motor() { return synthetic::motors()[1]; }
+
+bool says(const Diagnosis& d, const std::string& words) {
+  return std::any_of(d.explanation.begin(), d.explanation.end(),
+                     [&](const std::string& line) { return line.find(words) != std::string::npos; });
+}
+
+std::string words(const Diagnosis& d) {
+  return d.verdict + "\n" + fmt::format("{}", fmt::join(d.explanation, "\n"));
+}
+
+std::size_t samples_of(const DataSet& data) {
+  std::size_t n = 0;
+  for (const Record& r : data.records) n += r.series.size();
+  return n;
+}
+
+TEST(Parts, OneLogBecomesManyRecordsWithoutALostSample) {
+  DataSet data = grid(motor(), 1);
+  data.records.resize(1);
+  data.records[0].id = "log";
+  data.records[0].series =
+      synthetic::record(motor(), synthetic::step_case(motor(), 0.8, 1.0, 0.03, 200e-6, 25000));
+  std::vector<std::string> cut;
+  const DataSet parts = in_parts(data, cut);
+  EXPECT_EQ(cut, std::vector<std::string>{"log"});
+  EXPECT_EQ(parts.records.size(), 16u);
+  EXPECT_EQ(samples_of(parts), samples_of(data));
+  EXPECT_EQ(parts.records[1].series.i.front(), data.records[0].series.i[parts.records[0].series.size()]);
+  EXPECT_EQ(parts.records[1].series.first_index, static_cast<std::int64_t>(parts.records[0].series.size()));
+  EXPECT_EQ(parts.records[1].id, "log from 0.312 s");
+}
+
+TEST(Parts, ACampaignOfManyShortRecordsStaysAsItIs) {
+  const DataSet data = grid(motor(), 1);
+  std::vector<std::string> cut;
+  EXPECT_EQ(in_parts(data, cut).records.size(), data.records.size());
+  EXPECT_TRUE(cut.empty());
+}
+
+TEST(Parts, OneLongRecordAmongManyIsCut) {
+  DataSet data = grid(motor(), 1);
+  data.records[4].series =
+      synthetic::record(motor(), synthetic::step_case(motor(), 0.8, 1.0, 0.03, 200e-6, 10000));
+  std::vector<std::string> cut;
+  const DataSet parts = in_parts(data, cut);
+  EXPECT_EQ(cut, std::vector<std::string>{data.records[4].id});
+  EXPECT_EQ(parts.records.size(), data.records.size() + 3);
+}
+
+TEST(OddData, AFlawInOneLogIsNamedAndMeasured) {
+  DataSet data = grid(motor(), 1);
+  data.records.resize(1);
+  TimeSeries& log = data.records[0].series;
+  synthetic::Case braked = synthetic::step_case(motor(), 0.8, 1.0, 0.0, 200e-6, 15000);
+  const double synchronous = 2.0 * kPi * braked.f_Hz / motor().pole_pairs;
+  braked.fine = 10;
+  braked.speed_rad_s = [synchronous](double t_s) { return synchronous * (1.0 - 0.1 * t_s); };
+  log = synthetic::record(motor(), braked);
+  for (auto& i : log.i) i += 0.01 * std::conj(i);
+  synthetic::add_noise(log, data.noise.current_A, data.noise.voltage_V, data.noise.speed_rad_s, 5);
+  const Diagnosis d = diagnose(model_of(motor()), data);
+  ASSERT_EQ(d.effect, "current_gain") << words(d);
+  EXPECT_TRUE(says(d, "was cut into parts"));
+  EXPECT_TRUE(std::isfinite(d.candidates.front().estimate.at("phase_a").ci95_low));
+}
+
+Trial fit_of(double chi2_per_value) {
+  constexpr std::size_t kValues = 10000;
+  Trial t;
+  t.chi2 = chi2_per_value * kValues;
+  t.model.fit.values = kValues;
+  t.model.fit.dof = kValues;
+  return t;
+}
+
+// One start may hold nearly all of the misfit, and then no other record asks for the effect.
+TEST(OddData, AnEffectThatTakesMostOfALargeMisfitNeedsNoSecondRecord) {
+  EXPECT_TRUE(explains_most(fit_of(1.5), fit_of(50.0)));
+  EXPECT_TRUE(explains_most(fit_of(1.0), fit_of(1.6)));
+  EXPECT_FALSE(explains_most(fit_of(30.0), fit_of(50.0))) << "less than half of it";
+  EXPECT_FALSE(explains_most(fit_of(1.0), fit_of(1.2))) << "noise is not known that well";
+}
+
+TEST(OddData, ValuesThatFollowSlipAreNoHeat) {
+  const double slips[] = {0.1, 0.5, 1.0};
+  const DataSet data = grid(motor(), 7, {}, [&](std::size_t n) {
+    synthetic::Motor m = motor();
+    m.R_r *= 1.0 + 0.3 * slips[n % 3];
+    return m;
+  });
+  DiagnoseOptions options;
+  options.without = {"rotor_skin_effect"};
+  const Diagnosis d = diagnose(model_of(motor()), data, options);
+  EXPECT_EQ(d.verdict, "unknown") << d.effect;
+  EXPECT_TRUE(says(d, "heat does not"));
+}
+
+// A winding that is warm in some records makes slow errors, a few among thousands of white values.
+TEST(OddData, ASlowErrorThatStaysIsNotCalledExplained) {
+  const DataSet data = grid(motor(), 7, {}, [&](std::size_t n) {
+    synthetic::Motor m = motor();
+    m.R_s *= 1.0 + 0.15 * static_cast<double>((n * 7) % 18) / 18.0;
+    return m;
+  });
+  const Diagnosis whole = diagnose(model_of(motor()), data);
+  EXPECT_EQ(whole.effect, "stator_heating") << words(whole);
+  EXPECT_TRUE(whole.search.at_floor);
+  DiagnoseOptions options;
+  options.without = {"stator_heating"};
+  const Diagnosis d = diagnose(model_of(motor()), data, options);
+  EXPECT_FALSE(d.search.at_floor);
+  EXPECT_EQ(d.verdict, "unknown") << d.effect;
+}
+
+// Dead time with the hardest of signs, where the command stands for the voltage.
+TEST(OddData, AHardDeadTimeIsNamedWithItsDrop) {
+  constexpr double kDrop_V = 5.0;
+  DataSet data = grid(motor(), 7, [](Record& r) {
+    for (std::size_t k = 0; k < r.series.v.size(); ++k) {
+      const auto i = phases(r.series.i[k]);
+      const auto lost = [](double x) { return kDrop_V * (x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0); };
+      r.series.v[k] += space_vector(lost(i[0]), lost(i[1]), lost(i[2]));
+    }
+  });
+  const Diagnosis d = diagnose(model_of(motor()), data);
+  EXPECT_EQ(d.effect, "inverter_dead_time") << words(d);
+  EXPECT_NEAR(d.candidates.front().estimate.at("drop_V").value, kDrop_V, 0.05 * kDrop_V);
+}
+
+TEST(OddData, SamplesOfAFastSupplyAreAveragedOverLess) {
+  synthetic::Motor fast = motor();
+  fast.f_Hz = 400.0, fast.L_ls /= 8.0, fast.L_lr /= 8.0, fast.L_m /= 8.0;
+  const TimeSeries series = synthetic::record(fast, synthetic::step_case(fast, 0.8, 1.0, 0.03, 20e-6, 20000));
+  const DrivenRecord record = driven_record(series, fast.pole_pairs);
+  EXPECT_GT(record.thinned, 1);
+  EXPECT_LE(std::abs(record.frame.w_k) * record.frame.sample_time_s, kThinnedTurn * 1.001);
+}
+
+}  // namespace
+}  // namespace imrig::est
