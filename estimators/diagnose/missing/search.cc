@@ -13,6 +13,16 @@ namespace {
 
 constexpr double kByChance = 4.0;  // standard deviations; squares of few slow modes are skew
 
+// A value for each record helps any fit a little: it must still be worth so many values beside the others.
+bool needed(const GlobalProblem& problem, const Candidate& c, const Trial& with, const Trial& without) {
+  if (form_of(c).local) {
+    Trial own = with;
+    own.candidate = c;
+    return worth_its_values(problem, own, without);
+  }
+  return surely_better(with, without) > kTold || without.left_out_chi2 > with.left_out_chi2 * 1.001;
+}
+
 // Effects that the others have made idle go again.
 void prune(const GlobalProblem& problem, Search& search) {
   bool removed = true;
@@ -21,8 +31,7 @@ void prune(const GlobalProblem& problem, Search& search) {
     for (const Candidate& c : search.final.model.active) {
       if (c == search.final.model.active.back()) continue;
       Trial without = try_removing(problem, search.final.model, c.effect, problem.fitted());
-      if (!without.sound || surely_better(search.final, without) > kTold) continue;
-      if (without.left_out_chi2 > search.final.left_out_chi2 * 1.001) continue;
+      if (!without.sound || needed(problem, c, search.final, without)) continue;
       const std::string name = name_of(c);
       search.final = std::move(without);
       note_change(problem, search, "removed " + name, name);
@@ -41,6 +50,20 @@ void enrich_all(const GlobalProblem& problem, Search& search) {
     search.final = std::move(richer);
     note_change(problem, search, "made " + name_of(c) + " richer: " + form_of(search.final.candidate).name,
                 name_of(c));
+  }
+}
+
+// Values for each record become one law again where another effect has taken what the law could not follow.
+void bind_temperatures(const GlobalProblem& problem, Search& search) {
+  if (!problem.has_stator_C()) return;
+  const std::vector<Candidate> active = search.final.model.active;
+  for (const Candidate& c : active) {
+    if (!form_of(c).local || kEffectInfos[c.effect].forms[0].local) continue;
+    Trial bound = try_form(problem, search.final.model, {c.effect, 0}, problem.fitted());
+    if (!bound.sound || needed(problem, c, search.final, bound)) continue;
+    search.final = std::move(bound);
+    note_change(problem, search,
+                "made " + name_of(c) + " a law again: " + form_of(search.final.candidate).name, name_of(c));
   }
 }
 
@@ -66,6 +89,7 @@ void accept(const GlobalProblem& problem, Search& search) {
   note_change(problem, search, "added " + name_of(c) + ", " + form_of(c).name, name_of(c));
   enrich_all(problem, search);
   prune(problem, search);
+  bind_temperatures(problem, search);
 }
 
 void add_one_by_one(const GlobalProblem& problem, const SearchOptions& options, Search& search) {

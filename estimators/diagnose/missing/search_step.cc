@@ -17,7 +17,8 @@ constexpr double kLocalGain = 4.0;          // drop of chi2 for each record's ow
 constexpr double kRicherGain = 0.02;        // share of the excess that a richer form must take away
 constexpr double kRicherTold = 0.7;         // one record at the far end may carry it all
 constexpr double kFamilyWise = 0.01;
-constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a value
+constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a value, and
+constexpr double kLargeOfAll = 0.02;  // as a share of it
 constexpr double kOverNoise = 10.0;   // times what noise of the voltage does to the fit as it is
 constexpr double kMostOfIt = 0.5;     // of the misfit, where one record shows it all
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
@@ -93,7 +94,8 @@ bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) 
   if (base.left_out_chi2 <= trial.left_out_chi2) return false;
   // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
   const double better = surely_better(trial, base);
-  const bool large = base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) && better > kTold;
+  const double won = base.chi2 - trial.chi2;
+  const bool large = won > kLargeGain * scale_of(trial) && won > kLargeOfAll * base.chi2 && better > kTold;
   return large ||
          (trial.wald > kSure && better > 1.0 && p_of(step.ranking, trial.candidate.effect) <= kFamilyWise);
 }

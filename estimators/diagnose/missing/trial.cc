@@ -95,16 +95,20 @@ void add_local_strength(const GlobalProblem& problem, const std::vector<std::siz
   if (n > 0) trial.size = std::sqrt(size2 / static_cast<double>(n));
 }
 
+void forget_local(std::size_t effect, WorkingModel& model) {
+  for (LocalVector<double>& local : model.at.local) {
+    for (std::size_t e = kLocalPlace[effect]; e < kLocalPlace[effect + 1]; ++e)
+      local[e] = local_parameter(e).neutral;
+  }
+}
+
 WorkingModel without(const WorkingModel& model, std::size_t effect) {
   WorkingModel next = model;
   std::erase_if(next.active, [&](const Candidate& c) { return c.effect == effect; });
   for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
     if (shared_parameter(e).role == Role::kAmplitude) next.at.shared[e] = shared_parameter(e).neutral;
   }
-  for (LocalVector<double>& local : next.at.local) {
-    for (std::size_t e = kLocalPlace[effect]; e < kLocalPlace[effect + 1]; ++e)
-      local[e] = local_parameter(e).neutral;
-  }
+  forget_local(effect, next);
   return next;
 }
 
@@ -227,6 +231,7 @@ Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Ca
     const EffectParameter& p = shared_parameter(e);
     if (p.role == Role::kAmplitude && next.at.shared[e] == p.neutral) next.at.shared[e] = p.neutral + p.scale;
   }
+  if (!form_of(form).local) forget_local(form.effect, next);
   return run(problem, std::move(next), form, which);
 }
 
