@@ -112,6 +112,13 @@ Unexplained describe_unexplained(const GlobalProblem& problem, const Trial& tria
       fmt::format("the current's misfit is {:.3g} times what noise leaves, largest in {} ({:.3g} times)",
                   trial.chi2 / static_cast<double>(trial.model.fit.values),
                   problem.entries()[which[worst]].id, misfit[worst]);
+  for (const auto& [name, entries] :
+       {std::pair{"", which}, std::pair{" of records held out", problem.holdout()}}) {
+    const double slow = judge(problem, trial.model, entries).error_over_noise();
+    if (slow > kBand)
+      out.description += fmt::format("; the error itself{} is {:.3g} times its floor, by its slow part", name,
+                                     std::sqrt(slow));
+  }
   if (!out.depends_on.empty())
     out.description += fmt::format("; it {} with {} (rank correlation {:+.2f})",
                                    strongest > 0.0 ? "grows" : "falls", out.depends_on, strongest);
