@@ -11,6 +11,7 @@ namespace imrig::est {
 
 namespace {
 
+constexpr int kMostRefits = 3;
 constexpr double kByChance = 4.0;  // standard deviations; squares of few slow modes are skew
 
 // A value for each record helps any fit a little: it must still be worth so many values beside the others.
@@ -134,6 +135,9 @@ Search search(const GlobalProblem& problem, const WorkingModel& start, const Sea
   problem.settle(model.at, model.freedom().local, problem.all());
   if (options.report) options.report({"current model", 0, 1});
   out.final = refit(problem, model, problem.fitted());
+  // Data that hardly tell two parameters apart make a long valley.
+  for (int n = 0; n < kMostRefits && !out.final.sound && std::isfinite(out.final.chi2); ++n)
+    out.final = refit(problem, out.final.model, problem.fitted());
   if (!out.final.sound)
     throw Error("model", "cannot be fitted to these data: " + out.final.unsound,
                 "identify it from them first");
