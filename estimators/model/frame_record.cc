@@ -68,12 +68,13 @@ FilterStep step_of(double tau, double h, double w_k) {
   return f;
 }
 
-void run_filter(std::vector<Complex>& signal, Complex start, const FilterStep& f) {
-  Complex x = signal.front();
+template <class Value>
+void run_filter(std::vector<Value>& signal, Value start, Value decay, Value old, Value fresh) {
+  Value x = signal.front();
   signal.front() = start;
   for (std::size_t k = 1; k < signal.size(); ++k) {
-    const Complex next = signal[k];
-    signal[k] = f.decay * signal[k - 1] + f.old * x + f.fresh * next;
+    const Value next = signal[k];
+    signal[k] = decay * signal[k - 1] + old * x + fresh * next;
     x = next;
   }
 }
@@ -84,7 +85,9 @@ void filter_like_voltage(FrameRecord& record, double tau) {
   record.judged_from = static_cast<std::size_t>(std::ceil(kFilterMemory * tau / record.sample_time_s));
   const FilterStep f = step_of(tau, record.sample_time_s, record.w_k);
   const Complex start = record.i.front() * f.gain;
-  run_filter(record.i, start, f);
+  run_filter(record.i, start, f.decay, f.old, f.fresh);
+  const FilterStep still = step_of(tau, record.sample_time_s, 0.0);
+  run_filter(record.w_r, record.w_r.front(), still.decay.real(), still.old.real(), still.fresh.real());
   double power = 0.0;
   for (const Complex& response : record.filter_response()) power += std::norm(response);
   record.noise_gain = std::sqrt(power);

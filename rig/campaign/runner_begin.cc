@@ -11,7 +11,9 @@ using namespace imrig_msg;
 
 namespace {
 
-constexpr double kZeros_s = 0.3;
+// A zero of the voltage that is off by 4 mV is 10 mA of direct current in a motor of 0.39 ohm, a quarter of
+// the error that noise makes: 25,000 samples bring it to 2 mV.
+constexpr double kZeros_s = 1.5;
 
 }  // namespace
 

@@ -61,6 +61,20 @@ TEST(PredictCurrentTest, StartFromRestWithMovingSpeedIsFollowed) {
   EXPECT_EQ(prediction.measured.size(), prediction.predicted.size());
 }
 
+// A swing of the shaft, as a voltage step causes. A speed that is not as late as voltage and current leaves
+// 0.3 to 0.6 % of error, one behind the same filter 0.05 to 0.06 %, of second order.
+TEST(PredictCurrentTest, SwingOfTheShaftBehindAFilterIsFollowed) {
+  for (const auto& m : synthetic::motors()) {
+    auto c = synthetic::step_case(m, 1.0, 1.0, 0.0, 60e-6, 6000);
+    c.step_at_s = 0.0;
+    c.fine = 8;
+    c.filter_s = 300e-6;
+    const double mean = 2.0 * kPi * m.f_Hz / m.pole_pairs;
+    c.speed_rad_s = [mean](double t) { return mean * (0.99 + 0.01 * std::sin(2.0 * kPi * 15.0 * t)); };
+    EXPECT_LT(nrmse(predict_current(truth_of(m), m.pole_pairs, synthetic::record(m, c))), 8e-4) << m.name;
+  }
+}
+
 TEST(PredictCurrentTest, BackwardFieldIsTheMirrorImage) {
   const auto& m = synthetic::motors()[1];
   auto c = synthetic::step_case(m, 0.9, 1.0, m.slip, 60e-6, 2000);
