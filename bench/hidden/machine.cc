@@ -9,13 +9,14 @@
 
 namespace imrig::bench {
 
+double uniform(std::mt19937_64& bits, double low, double high) {
+  return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53;
+}
+
 Machine draw_machine(std::uint64_t seed) {
   std::mt19937_64 bits(seed * 0x9e3779b97f4a7c15ull + 17);
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53;
-  };
   Machine m;
-  const double size = uniform(0.0, 1.0);  // 0: 0.5 kW, 1: 50 kW
+  const double size = uniform(bits, 0.0, 1.0);  // 0: 0.5 kW, 1: 50 kW
   m.power_W = 500.0 * std::pow(100.0, size);
   m.f_Hz = bits() % 2 == 0 ? 50.0 : 60.0;
   m.pole_pairs = 1 + static_cast<int>(bits() % 3);
@@ -24,10 +25,10 @@ Machine draw_machine(std::uint64_t seed) {
   m.i_A = m.power_W / ((0.70 + 0.24 * size) * (0.72 + 0.14 * size)) / (1.5 * m.v_V);
   const double w = 2.0 * kPi * m.f_Hz, Z = m.v_V / m.i_A;
   m.psi_Wb = m.v_V / w;
-  m.R_s = Z * 0.075 * std::pow(0.22, size) * uniform(0.8, 1.25);
-  m.R_r = Z * 0.055 * std::pow(0.25, size) * uniform(0.8, 1.25);
-  m.L_l = Z / w * uniform(0.14, 0.22);
-  m.L_m = Z / w * (1.4 + 1.6 * size) * uniform(0.85, 1.15);
+  m.R_s = Z * 0.075 * std::pow(0.22, size) * uniform(bits, 0.8, 1.25);
+  m.R_r = Z * 0.055 * std::pow(0.25, size) * uniform(bits, 0.8, 1.25);
+  m.L_l = Z / w * uniform(bits, 0.14, 0.22);
+  m.L_m = Z / w * (1.4 + 1.6 * size) * uniform(bits, 0.85, 1.15);
   const double L = m.L_l + m.L_m;
   m.rotor_leakage_H = L - std::sqrt(m.L_m * L);
   m.rotor_R = m.R_r * L / m.L_m;

@@ -3,6 +3,7 @@
 // resistive, large ones not), scattered. Base quantities are peak values of a phase of the star.
 
 #include <cstdint>
+#include <random>
 #include <string>
 
 namespace imrig::bench {
@@ -17,6 +18,9 @@ struct Machine {
   double current_noise_A = 0.0, voltage_noise_V = 0.0;  // of a phase's sample, one sigma
   double current_range_A = 0.0, voltage_range_V = 0.0;  // of the converters, +-
 };
+
+// The same on every machine, unlike the library's distributions; [low, high).
+double uniform(std::mt19937_64& bits, double low, double high);
 
 Machine draw_machine(std::uint64_t seed);
 

@@ -61,7 +61,7 @@ std::vector<Profile> profiles(const Machine& m, double length_s, bool poor, std:
   const auto add = [&](double f_Hz, double w_slip, double psi_Wb) {
     const double w = 2.0 * kPi * f_Hz;
     const Steady at = steady(m, w, w_slip, psi_Wb);
-    const double step = 0.1 + 0.1 * static_cast<double>(bits() >> 11) * 0x1p-53;
+    const double step = uniform(bits, 0.1, 0.2);
     if (at.v_V * (1.0 + step) > 1.25 * m.v_V || at.i_A > 3.1 * m.i_A) return;
     all.push_back({f_Hz, at.v_V, step, (w - w_slip) / m.pole_pairs, settle_s(m), length_s, false});
   };
@@ -90,10 +90,6 @@ std::vector<Profile> profiles(const Machine& m, double length_s, bool poor, std:
   }
   all.back().edge = true;  // the largest current
   return all;
-}
-
-double uniform(std::mt19937_64& bits, double low, double high) {
-  return low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53;
 }
 
 // Operating points anywhere between those of the grid, held out: the grid's own few leave the error over the
@@ -310,7 +306,7 @@ Sealed make_sealed(const Cell& cell, Strength strength, std::uint64_t seed, cons
     return out;
   }
   for (std::size_t n = 0; n < drives.size(); ++n) {
-    const double warmth = drives[n].dc ? 0.0 : static_cast<double>(bits() >> 11) * 0x1p-53;
+    const double warmth = drives[n].dc ? 0.0 : uniform(bits, 0.0, 1.0);
     data.records.push_back(bench.record(n, drives[n], warmth));
     data.records.back().holdout = !drives[n].dc && !drives[n].edge && n % 6 == 5;
   }

@@ -9,14 +9,15 @@
 #include "estimators/diagnose/missing/parts.h"
 #include "estimators/diagnose/missing/unexplained.h"
 #include "estimators/fit/global/start_from_data.h"
+#include "estimators/fit/student_t.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
+#include "rig/base/listed.h"
 
 namespace imrig::est {
 
 namespace {
 
-constexpr double kNormal975 = 1.959963984540054;
 constexpr double kExplained = 0.85;  // share of the excess that an explanation must take away
 constexpr double kWide = 5.0;  // an effect of so many times what matters must show, or the data cannot tell
 constexpr std::size_t kMostAtOnce = 3;
@@ -98,8 +99,7 @@ const Score* score_of(const SearchStep& step, std::size_t effect) {
 double p_value(const SearchStep& step, const Trial* trial, std::size_t effect) {
   const double p = p_of(step.ranking, effect);
   if (trial == nullptr) return p;
-  const double scale = std::max(1.0, trial->chi2 / std::max(1.0, trial->model.fit.dof));
-  const double drop = (step.base.chi2 - trial->chi2) / scale;
+  const double drop = (step.base.chi2 - trial->chi2) / scale_of(*trial);
   if (form_of(trial->candidate).local) {  // chi2 of so many values, as a normal deviate
     const double values = std::max(1.0, step.base.model.fit.dof - trial->model.fit.dof);
     return family_wise(std::max(0.0, (drop - values) / std::sqrt(2.0 * values)));
@@ -173,13 +173,6 @@ bool few_could_be_seen(const Diagnosis& d) {
   std::size_t blind = 0;
   for (const CandidateResult& c : d.candidates) blind += c.verdict == "cannot tell" ? 1u : 0u;
   return d.candidates.empty() || 2 * blind > d.candidates.size();
-}
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string out;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    out += (k == 0 ? "" : k + 1 == names.size() ? " and " : ", ") + names[k];
-  return out;
 }
 
 void explain_findings(const SearchStep& step, Diagnosis& d) {
@@ -258,9 +251,8 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     for (const std::size_t k : main.rivals) d.confusable.push_back(kEffectInfos[k].name);
     d.effect = d.confusable.front();
     d.verdict = d.confusable.size() > 1 ? "ambiguous" : "missing";
-    d.moving = unstable(problem, d.search.final);
     d.patterns = value_patterns(problem, d.search.final);
-    const bool moving = !inside && !d.moving.empty();
+    const bool moving = !inside && !unstable(problem, d.search.final).empty();
     const bool too_many =
         d.search.final.model.active.size() >= kMostAtOnce + first.base.model.active.size() && !inside;
     const bool no_heat = std::any_of(d.patterns.begin(), d.patterns.end(), follows);

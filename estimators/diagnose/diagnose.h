@@ -51,7 +51,6 @@ struct Diagnosis {
   std::optional<Unexplained> unexplained;
   std::optional<NextExperiment> next_experiment;
   std::vector<std::string> explanation;  // sentences for people
-  std::vector<Unstable> moving;          // accepted parameters that differ between halves of the data
   std::vector<ValuePattern> patterns;    // of accepted values for each record
   Search search;
 };

@@ -30,8 +30,6 @@ constexpr double kSimpler =
 
 double values_of(const Trial& trial) { return static_cast<double>(trial.model.fit.values); }
 
-double scale_of(const Trial& trial) { return std::max(1.0, trial.chi2 / std::max(1.0, trial.model.fit.dof)); }
-
 // Of a sensor error that is free inside its accuracy: how far outside it the refit lies, in sigma squared.
 std::optional<double> beyond_accuracy(const Trial& trial, const Trial& base) {
   std::optional<double> z2;

@@ -3,6 +3,7 @@
 // fitted to: each record by the parameters that the other records give (leave one record out, to first order
 // from the normal equations), and the hold-out records.
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,11 @@ struct Judgement {
 // The last fit of a model that is kept: to the end, and freed from what noise of the voltage does to it.
 Trial finished(const GlobalProblem& problem, const WorkingModel& model,
                const std::vector<std::size_t>& which);
+
+// chi2 a degree of freedom, 1 at least: in its units drops of chi2 count where something else is missing too.
+inline double scale_of(const Trial& trial) {
+  return std::max(1.0, trial.chi2 / std::max(1.0, trial.model.fit.dof));
+}
 
 // The current model refitted by itself.
 Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::vector<std::size_t>& which);

@@ -78,13 +78,16 @@ std::vector<ValuePattern> value_patterns(const GlobalProblem& problem, const Tri
   std::vector<ValuePattern> out;
   const auto which = problem.fitted();
   GlobalTerms terms;
+  std::vector<NamedCondition> conditions;
   for (const Candidate& c : trial.model.active) {
     if (!form_of(c).local || kEffectInfos[c.effect].local.size() != 1) continue;
-    if (terms.records.empty())
+    if (terms.records.empty()) {
       terms = problem.evaluate(trial.model.at, trial.model.freedom(), which, trial.model.live_priors());
+      conditions = record_conditions(problem, trial.model.at.shared[0], which);
+    }
     const Values values = values_of(problem, trial, terms, which, kLocalPlace[c.effect]);
     ValuePattern p{name_of(c), "", 0.0, 0.0};
-    for (const NamedCondition& condition : record_conditions(problem, trial.model.at.shared[0], which)) {
+    for (const NamedCondition& condition : conditions) {
       const double share = share_explained(values, condition.values);
       const std::string_view name = condition.name;
       if (name == "i_A" || name == "torque_Nm" || name == "stator_C" || name == "order") {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/fit/student_t.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double kOffsetShare = 5e-4;  // of the largest current: no channel is better than that
 constexpr double kLagShare = 0.02;     // of a sample: nobody knows what the voltage does between samples
-constexpr double kNormal975 = 1.959963984540054;
 
 std::size_t entry_named(const char* effect, const char* parameter) {
   const std::size_t k = *effect_number(effect);

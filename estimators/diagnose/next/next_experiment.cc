@@ -11,6 +11,7 @@
 #include "estimators/diagnose/next/separation.h"
 #include "estimators/diagnose/next/visibility.h"
 #include "estimators/model/effects/registry.h"
+#include "rig/base/listed.h"
 
 namespace imrig::est {
 
@@ -84,13 +85,6 @@ Choice choose(const Separation& all, const Wanted& wanted) {
     refitted[e] = all.refitted(e);
     values[e] = weakest(refitted[e], wanted);
   }
-}
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string out;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    out += (k == 0 ? "" : k + 1 == names.size() ? " and " : ", ") + names[k];
-  return out;
 }
 
 // What tells two effects apart that no record does.

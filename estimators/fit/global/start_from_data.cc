@@ -9,6 +9,7 @@
 #include "estimators/fit/assemble.h"
 #include "estimators/fit/global/joint_circuit.h"
 #include "estimators/fit/student_t.h"
+#include "rig/base/listed.h"
 
 namespace imrig::est {
 
@@ -31,13 +32,6 @@ Told told_of(const Parameter& p, bool resistance) {
   if (resistance && !apart) return {};
   if (sigma <= (apart ? kSureResistance : kSure) * p.value) return {p.value, sigma, true};
   return apart ? Told{p.value, sigma, false} : Told{};
-}
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string out;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    out += (k == 0 ? "" : k + 1 == names.size() ? " and " : ", ") + names[k];
-  return out;
 }
 
 std::string fitted_to(const JointCircuit& joint) {

@@ -77,6 +77,7 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
   filter.P(2, 2) = open.P(2, 2) = voltage2;
   Eigen::Matrix3cd F = Eigen::Matrix3cd::Zero();
   std::size_t judged = 0, since_jump = kAfter;
+  bool edge_seen = false;
   number_.reserve(frame.size());
   for (std::size_t k = 0; k < frame.size(); ++k) {
     const double near = std::max(jump2[k], k > 0 ? jump2[k - 1] : 0.0);
@@ -102,7 +103,7 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
     Q_here(0, 0) += edge2 / 12.0;
     Q_edge(0, 0) = edge2 / 4.0 - edge2 / 12.0;
     open.advance(F, Q_here);
-    edges.advance(F, Q_edge);
+    if (edge_seen || edge2 > 0.0) edges.advance(F, Q_edge), edge_seen = true;
     filter.advance(F, Q_here);
     filter.P -= S * K * K.adjoint();
   }

@@ -122,18 +122,11 @@ SteadyPoint saturated_point(test::KnownMotor m, double f_Hz, double slip, double
 }
 
 DataSet saturated_table(const std::vector<double>& voltages) {
-  Record table;
-  table.id = "table";
-  table.kind = RecordKind::kPoints;
+  std::vector<SteadyPoint> points;
   for (const double v : voltages) {
-    for (const double slip : {5e-4, 0.01, 0.02, 0.035})
-      table.points.push_back(saturated_point({}, 60.0, slip, v));
+    for (const double slip : {5e-4, 0.01, 0.02, 0.035}) points.push_back(saturated_point({}, 60.0, slip, v));
   }
-  DataSet data = test::data_set({table});
-  data.noise.current_A = 0.02;
-  data.noise.power_W = 5.0;
-  data.noise.speed_rad_s = rad_s_of_rpm(0.3);
-  return data;
+  return test::table_set(std::move(points), 0.02);
 }
 
 TEST(Chain, ATableOfSaturatedIronIsNamed) {

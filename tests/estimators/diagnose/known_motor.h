@@ -86,4 +86,16 @@ inline DataSet data_set(std::vector<Record> records) {
   return data;
 }
 
+inline DataSet table_set(std::vector<SteadyPoint> points, double current_noise_A) {
+  Record table;
+  table.id = "table";
+  table.kind = RecordKind::kPoints;
+  table.points = std::move(points);
+  DataSet data = data_set({table});
+  data.noise.current_A = current_noise_A;
+  data.noise.power_W = 5.0;
+  data.noise.speed_rad_s = rad_s_of_rpm(0.3);
+  return data;
+}
+
 }  // namespace imrig::est::test

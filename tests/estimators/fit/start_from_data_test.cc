@@ -153,18 +153,12 @@ TEST(StartFromData, AnIntervalWiderThanTheValueIsNoResult) {
 }
 
 DataSet table_of(const test::KnownMotor& motor) {
-  Record table;
-  table.id = "table";
-  table.kind = RecordKind::kPoints;
+  std::vector<SteadyPoint> points;
   for (const double v : {100.0, 140.0, 180.0}) {
     for (const double slip : {1e-4, 0.01, 0.02, 0.035, 0.3, 1.0})
-      table.points.push_back(test::steady_point(motor, 60.0, slip, v));
+      points.push_back(test::steady_point(motor, 60.0, slip, v));
   }
-  DataSet data = test::data_set({table});
-  data.noise.current_A = 0.01;
-  data.noise.power_W = 5.0;
-  data.noise.speed_rad_s = rad_s_of_rpm(0.3);
-  return data;
+  return test::table_set(std::move(points), 0.01);
 }
 
 TEST(StartFromData, ATableTellsTheMotorWithoutAStart) {
