@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "rig/base/error.h"
+#include "rig/data/unit_row.h"
 
 namespace imrig {
 
@@ -47,9 +49,21 @@ std::vector<double> ColumnPicker::take(const std::string& name) {
   }
   taken_.push_back(source);
   const auto rule = spec_.columns.find(name);
+  if (rule == spec_.columns.end() || rule->second.scale == 1.0) check_unit(name, source);
   if (rule == spec_.columns.end() || (rule->second.scale == 1.0 && rule->second.offset == 0.0)) return x;
   for (double& value : x) value = rule->second.scale * value + rule->second.offset;
   return x;
+}
+
+void ColumnPicker::check_unit(const std::string& name, const std::string& source) const {
+  if (table_.units.empty()) return;
+  const std::string& told = table_.units[static_cast<std::size_t>(table_.find(source))];
+  const double factor = unit_factor(name, told).value_or(1.0);
+  if (std::abs(factor - 1.0) < 1e-9) return;
+  throw Error(table_.file,
+              fmt::format("\"{}\" is in {} by the row under the names, and {} is read from it as it is",
+                          source, told, name),
+              fmt::format("columns.{} = {{ from = \"{}\", scale = {:.12g} }}", name, source, factor));
 }
 
 std::vector<double> ColumnPicker::need(const std::string& name) {

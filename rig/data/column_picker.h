@@ -27,6 +27,8 @@ class ColumnPicker {
 
  private:
   std::string source_of(const std::string& name) const;
+  // Throws Error where the file's own unit is another and no scale was given.
+  void check_unit(const std::string& name, const std::string& source) const;
 
   const RecordSpec& spec_;
   const ColumnTable& table_;

@@ -12,6 +12,7 @@ struct ColumnTable {
   std::string file;                          // for messages
   std::vector<std::string> names;            // unique
   std::vector<std::vector<double>> columns;  // one per name; NaN where the cell was empty
+  std::vector<std::string> units;  // of the row under the names, one per name; empty without such a row
   std::vector<std::uint32_t> lines;          // of each row in a text file; empty where the file has no lines
 
   // The column's index, or -1.

@@ -10,6 +10,7 @@
 #include "rig/base/error.h"
 #include "rig/base/file.h"
 #include "rig/data/record.h"
+#include "rig/data/unit_row.h"
 
 namespace imrig {
 
@@ -110,6 +111,7 @@ class CsvParser {
     read_header();
     reserve();
     std::string_view line;
+    if (next_line(line) && !take_units(line)) read_row(line);
     while (next_line(line)) read_row(line);
     return std::move(table_);
   }
@@ -162,6 +164,17 @@ class CsvParser {
                     [&](auto cell) { return parse_cell(cell, separator_ != ',', number); })) {
       fail("the first line holds numbers", "a header line with the columns' names is needed");
     }
+  }
+
+  bool take_units(std::string_view line) {
+    auto cells = split(line, separator_);
+    if (cells.size() == table_.names.size() + 1 && trimmed(cells.back()).empty()) cells.pop_back();
+    if (cells.size() != table_.names.size()) return false;
+    std::vector<std::string> words;
+    for (const auto& cell : cells) words.push_back(unquoted(cell));
+    if (!is_unit_row(words)) return false;
+    table_.units = std::move(words);
+    return true;
   }
 
   void add_name(const std::string& name) {

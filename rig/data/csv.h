@@ -2,7 +2,8 @@
 // CSV as labs write it: one header line of names, then numbers. Separator comma, semicolon or tab (the one
 // most frequent in the header); decimal comma where the separator is not a comma; quoted names and cells;
 // byte-order mark; LF, CR LF; lines that start with # are comments; blank lines are skipped; an empty cell,
-// NaN or NA is a missing value. Every complaint names file, line and column.
+// NaN or NA is a missing value; a row of units under the names is kept apart. Every complaint names file,
+// line and column.
 
 #include <cstddef>
 #include <string>

@@ -8,6 +8,7 @@
 #include "rig/base/error.h"
 #include "rig/data/column_picker.h"
 #include "rig/data/column_quality.h"
+#include "rig/data/short_holes.h"
 #include "rig/data/uniform.h"
 
 namespace imrig {
@@ -128,6 +129,26 @@ void fill_speed(const Column& t_s, Column& speed, std::vector<std::string>& warn
     warnings.push_back(fmt::format("speed is missing in {} rows; joined by straight lines", filled));
 }
 
+void fill_cells(Rows& rows, std::vector<std::string>& warnings) {
+  std::size_t filled = 0;
+  for (auto* side : {&rows.v, &rows.i}) {
+    for (auto& part : side->parts) filled += fill_short_holes(rows.t_s, part);
+  }
+  if (filled > 0)
+    warnings.push_back(
+        fmt::format("{} values of voltage or current are missing; filled from their neighbours", filled));
+}
+
+// A supply of some Hz asks for it; slower logs are usually ones whose times are in ms.
+constexpr double kSlowest_s = 5e-3;
+
+void tell_slow(const RecordSpec& spec, double sample_time_s, std::vector<std::string>& warnings) {
+  if (may_stand_still(spec.kind) || sample_time_s <= kSlowest_s) return;
+  warnings.push_back(fmt::format(
+      "a sample every {:.4g} s cannot follow the supply; are the times in ms or us? (scale in dataset.toml)",
+      sample_time_s));
+}
+
 std::vector<std::uint8_t> complete_rows(const Rows& rows) {
   std::vector<std::uint8_t> complete(rows.speed_rad_s.size(), 1);
   const auto demand = [&complete](const Column& x) {
@@ -219,12 +240,14 @@ SeriesRead read_series(const RecordSpec& spec, const ColumnTable& table, Wiring 
   const auto unused = pick.unused();
   if (!unused.empty()) out.warnings.push_back(fmt::format("columns not used: {}", fmt::join(unused, ", ")));
   fill_speed(rows.t_s, rows.speed_rad_s, out.warnings);
+  fill_cells(rows, out.warnings);
   drop_if_empty(rows.torque_Nm);
   drop_if_empty(rows.stator_C);
   UniformStretch stretch = uniform_stretch(rows.t_s, complete_rows(rows));
   out.refused = stretch.reason;
   if (!out.refused.empty()) return out;
   settle_sample_time(spec, stretch);
+  tell_slow(spec, stretch.sample_time_s, out.warnings);
   out.warnings.insert(out.warnings.end(), stretch.warnings.begin(), stretch.warnings.end());
   tell_columns(rows, spec, out.warnings);
   if (rows.i.noise == NoiseOf::kThreePhases && wiring.quantities != Quantities::kStarEquivalent) {

@@ -65,6 +65,18 @@ TEST(Csv, SpacesPlusSignsAndTrailingSeparatorsAreFine) {
   expect_values(parse("a,b\n1,2,\n"), {{1.0}, {2.0}});
 }
 
+TEST(Csv, ARowOfUnitsUnderTheNamesIsKeptApart) {
+  const auto table = parse("Time,CH1,CH2,\n(ms),(V),\"[mA]\",\n\n1,2,3\n");
+  EXPECT_EQ(table.units, (std::vector<std::string>{"(ms)", "(V)", "[mA]"}));
+  expect_values(table, {{1.0}, {2.0}, {3.0}});
+  EXPECT_EQ(table.lines, (std::vector<std::uint32_t>{4}));
+  EXPECT_EQ(parse("a;n\ns;1/min\n1;2\n").units.size(), 2u);
+  EXPECT_TRUE(parse("a,b\n1,2\n").units.empty());
+  EXPECT_NE(complaint([] { parse("a,b\nfast,slow\n1,2\n"); }), "") << "words that are no units";
+  EXPECT_NE(complaint([] { parse("a,b\ns,5A\n1,2\n"); }), "") << "a broken number";
+  EXPECT_NE(complaint([] { parse("a,b\n1,2\ns,V\n"); }), "") << "only right under the names";
+}
+
 TEST(Csv, LinesAreCountedAsAnEditorShowsThem) {
   const auto table = parse("# one\na\n\n5\n# five\n6\n");
   EXPECT_EQ(table.lines, (std::vector<std::uint32_t>{4, 6}));

@@ -1,0 +1,53 @@
+#include "rig/data/short_holes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace imrig {
+
+namespace {
+
+constexpr std::size_t kRowsPerHole = 100;
+
+// The cubic through (-2, y0), (-1, y1), (gap, y2), (gap + 1, y3) at x.
+double cubic(const std::array<double, 4>& y, double gap, double x) {
+  const std::array<double, 4> at{-2.0, -1.0, gap, gap + 1.0};
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    double weight = 1.0;
+    for (std::size_t m = 0; m < 4; ++m) {
+      if (m != k) weight *= (x - at[m]) / (at[k] - at[m]);
+    }
+    sum += weight * y[k];
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::size_t fill_short_holes(const std::vector<double>& t_s, std::vector<double>& x) {
+  const auto missing = [](double value) { return std::isnan(value); };
+  const auto holes = static_cast<std::size_t>(std::count_if(x.begin(), x.end(), missing));
+  if (holes == 0 || holes * kRowsPerHole > x.size()) return 0;
+  std::size_t filled = 0;
+  for (std::size_t k = 2; k + 2 < x.size(); ++k) {
+    if (!missing(x[k]) || missing(x[k - 1]) || missing(x[k - 2])) continue;
+    std::size_t end = k;
+    while (end < x.size() && missing(x[end])) ++end;
+    const auto even = [&] {
+      const double steps = static_cast<double>(end + 1 - (k - 2));
+      return t_s[end + 1] - t_s[k - 2] < (steps + 0.5) * (t_s[k - 1] - t_s[k - 2]);
+    };
+    if (end - k <= kLongestHole && end + 1 < x.size() && !missing(x[end + 1]) && even()) {
+      const std::array<double, 4> y{x[k - 2], x[k - 1], x[end], x[end + 1]};
+      const auto gap = static_cast<double>(end - k);
+      for (std::size_t m = k; m < end; ++m) x[m] = cubic(y, gap, static_cast<double>(m - k));
+      filled += end - k;
+    }
+    k = end;
+  }
+  return filled;
+}
+
+}  // namespace imrig
