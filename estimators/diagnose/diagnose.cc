@@ -232,6 +232,21 @@ double share_left(const GlobalProblem& problem, const Diagnosis& d) {
 // A value for each record that follows what the motor does at that moment is no heat.
 bool follows(const ValuePattern& p) { return p.share > kFollows && p.share > p.by_heat + kFollowsMore; }
 
+// What was accepted may end with an amplitude that could as well be neutral: its shape takes the place of
+// something else, and it explains nothing.
+bool may_be_neutral(const WorkingModel& model, const Candidate& candidate) {
+  double most = 0.0;
+  bool any = false;
+  for (const std::size_t e : shared_entries(candidate)) {
+    const EffectParameter& p = shared_parameter(e);
+    const double sigma = model.sigma(e);
+    if (p.role != Role::kAmplitude || !(sigma > 0.0)) continue;
+    any = true;
+    most = std::max(most, std::abs(model.at.shared[e] - p.neutral) / sigma);
+  }
+  return any && most < kNormal975;
+}
+
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const SearchStep& first = d.search.steps.front();
   const double before = chi2_per_value(first.base), after = chi2_per_value(d.search.final);
@@ -253,10 +268,11 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.verdict = d.confusable.size() > 1 ? "ambiguous" : "missing";
     d.patterns = value_patterns(problem, d.search.final);
     const bool moving = !inside && !unstable(problem, d.search.final).empty();
-    const bool too_many =
-        d.search.final.model.active.size() >= kMostAtOnce + first.base.model.active.size() && !inside;
+    const std::size_t wanted = d.search.final.model.active.size() - first.base.model.active.size();
+    const bool too_many = wanted > kMostAtOnce || (wanted == kMostAtOnce && !inside);
     const bool no_heat = std::any_of(d.patterns.begin(), d.patterns.end(), follows);
-    if ((!inside && share_left(problem, d) > 1.0 - kExplained) || moving || too_many || no_heat)
+    const bool empty = may_be_neutral(d.search.final.model, main.candidate);
+    if ((!inside && share_left(problem, d) > 1.0 - kExplained) || moving || too_many || no_heat || empty)
       d.verdict = "unknown";
   }
   if (d.verdict == "unknown") {
@@ -361,7 +377,7 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   WorkingModel start = working_model(problem, model);
   start.barred = ruled_out(options.without);
   out.ranked_among = kEffects - start.barred.size();
-  out.search = search(problem, start, {options.most_effects, options.report});
+  out.search = search(problem, start, {options.most_additions, options.report});
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
   repeat_warnings(data, out);
@@ -376,10 +392,8 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
 }
 
 Improvement improve(const Model& model, const DataSet& data, const DiagnoseOptions& options) {
-  DiagnoseOptions wide = options;
-  wide.most_effects = std::max<std::size_t>(options.most_effects, 6);
   Improvement out;
-  out.diagnosis = diagnose(model, data, wide);
+  out.diagnosis = diagnose(model, data, options);
   out.model = to_model(model, out.diagnosis.search.final.model);
   for (const SearchChange& change : out.diagnosis.search.changes) {
     Revision r;

@@ -57,7 +57,7 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   int threads = 2;
-  std::size_t most_effects = 3;
+  std::size_t most_additions = 6;
   std::vector<std::string> without;  // effects that are ruled out, by name
   SearchReport report;
   std::optional<RigRange> range;  // of the next experiment; without: what the data have seen

@@ -135,6 +135,8 @@ void look_at_series(const Record& record, int pole_pairs, Sentences& out) {
   // A free record may stand still for a part: its fastest stretch is what the frequency must explain.
   const double speed = record.kind == RecordKind::kFree ? fastest(s.speed_rad_s) : c.speed_rad_s;
   if (turning) {
+    if (const auto found = coarse_speed(s.speed_rad_s, c.f_Hz, pole_pairs); !found.empty())
+      out.push_back(found);
     if (const auto found = implausible_speed(speed, c.f_Hz, pole_pairs, record.kind == RecordKind::kFree);
         !found.empty())
       out.push_back(found);

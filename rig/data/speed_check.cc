@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rig/base/space_vector.h"
 
@@ -11,6 +13,8 @@ namespace imrig {
 namespace {
 
 constexpr double kFastest = 1.15;  // of synchronous: beyond it no generator of this kind runs
+constexpr std::size_t kSamplesPerValue = 20;  // so seldom a speed is new where it moves in steps
+constexpr double kCoarse = 5e-4;              // of slip
 constexpr double kSlowest = 0.70;  // beyond pull-out for all but special machines
 
 // Whether a motor could run at this share of the synchronous speed.
@@ -41,6 +45,32 @@ double fastest(const std::vector<double>& speed_rad_s) {
     if (std::abs(speed) > std::abs(out)) out = speed;
   }
   return out;
+}
+
+std::string coarse_speed(const std::vector<double>& speed_rad_s, double f_Hz, int pole_pairs) {
+  if (pole_pairs <= 0 || !(std::abs(f_Hz) > 1.0)) return "";
+  std::vector<double> values = speed_rad_s;
+  std::erase_if(values, [](double w) { return !std::isfinite(w); });
+  if (values.empty()) return "";
+  const std::size_t samples = values.size();
+  std::sort(values.begin(), values.end());
+  // Rounding in the file is no step.
+  const double same = 1e-6 * std::max(std::abs(values.front()), std::abs(values.back()));
+  std::size_t different = 1;
+  double step = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k < samples; ++k) {
+    const double apart = values[k] - values[k - 1];
+    if (apart <= same) continue;
+    ++different;
+    step = std::min(step, apart);
+  }
+  const double slip = 0.5 * step * pole_pairs / (2.0 * kPi * std::abs(f_Hz));
+  if (different < 2 || different * kSamplesPerValue > samples || slip < kCoarse) return "";
+  return fmt::format(
+      "speed moves in steps of {:.3g} rpm: while it is constant it may be off by half of one, a slip of "
+      "{:.2g} %; count "
+      "over a longer window",
+      rpm_of_rad_s(step), 100.0 * slip);
 }
 
 std::string implausible_speed(double speed_rad_s, double f_Hz, int pole_pairs, bool may_stand) {

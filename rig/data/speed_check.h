@@ -15,4 +15,9 @@ double fastest(const std::vector<double>& speed_rad_s);
 // then.
 std::string implausible_speed(double speed_rad_s, double f_Hz, int pole_pairs, bool may_stand);
 
+// A speed counted over too short a window moves in steps, and stands off by up to half of one while it is
+// constant: an error that looks like physics. One sentence where that half is more than 0.05 % of slip, or
+// nothing.
+std::string coarse_speed(const std::vector<double>& speed_rad_s, double f_Hz, int pole_pairs);
+
 }  // namespace imrig

@@ -95,10 +95,10 @@ void accept(const GlobalProblem& problem, Search& search) {
 
 void add_one_by_one(const GlobalProblem& problem, const SearchOptions& options, Search& search) {
   bool by_record = !problem.has_stator_C();
-  for (std::size_t n = 0; n <= options.most_effects;) {
+  for (std::size_t n = 0; n <= options.most_additions;) {
     search.steps.push_back(search_step(problem, search.final, by_record, options.report));
     if (!search.steps.back().claims.empty()) {
-      search.cut_short = n == options.most_effects;
+      search.cut_short = n == options.most_additions;
       if (search.cut_short) return;
       accept(problem, search);
       ++n;

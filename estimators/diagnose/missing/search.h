@@ -12,7 +12,7 @@
 namespace imrig::est {
 
 struct SearchOptions {
-  std::size_t most_effects = 6;
+  std::size_t most_additions = 6;  // some of them go again
   SearchReport report;
 };
 

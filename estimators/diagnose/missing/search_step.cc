@@ -23,6 +23,8 @@ constexpr double kOverNoise = 10.0;   // times what noise of the voltage does to
 constexpr double kMostOfIt = 0.5;     // of the misfit, where one record shows it all
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
+// Noise that is not quite what was reckoned with moves values of each record a little, all of them at once.
+constexpr double kLeastLocal = 100.0;
 constexpr double kLocalTold = 1.5;  // a few records may carry it all
 constexpr std::size_t kFewestRecords = 6;  // before a value for each of them is a law at all
 constexpr double kSimpler =
@@ -54,7 +56,8 @@ bool worth_trying(const GlobalProblem& problem, const Score& score, const Trial&
 bool worth_its_values(const Trial& with, const Trial& base, std::size_t records) {
   if (records < kFewestRecords) return false;
   const double own = static_cast<double>(records * local_entries(with.candidate).size());
-  return base.chi2 - with.chi2 > kLocalGain * own * scale_of(with) && surely_better(with, base) > kLocalTold;
+  return base.chi2 - with.chi2 > std::max(kLocalGain * own, kLeastLocal) * scale_of(with) &&
+         surely_better(with, base) > kLocalTold;
 }
 
 // One record at the far end of the data may carry a form by itself, and without it the form runs wild there: it

@@ -33,6 +33,18 @@ std::vector<double> jumps(const FrameRecord& frame, double sigma_V) {
   return out;
 }
 
+// The same where averaging has spread a jump over two steps: the whole of it behind the first of them, so
+// that it may lie half a sample of the file off.
+std::vector<double> whole_jumps(const FrameRecord& frame, const std::vector<double>& jump2) {
+  std::vector<double> out = jump2;
+  for (std::size_t k = 0; k + 2 < frame.size(); ++k) {
+    if (out[k] == 0.0 || jump2[k + 1] == 0.0) continue;
+    out[k] = std::max(std::norm(frame.v[k + 2] - frame.v[k]), out[k] + out[k + 1]);
+    out[k + 1] = 0.0;
+  }
+  return out;
+}
+
 struct Covariances {
   Eigen::Matrix3cd P = Eigen::Matrix3cd::Zero();
   void advance(const Eigen::Matrix3cd& F, const Eigen::Matrix3cd& Q) { P = (F * P * F.adjoint() + Q).eval(); }
@@ -69,6 +81,8 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
   const double current2 = std::max(2.0 * current * current, 1e-30);
   const std::vector<double> jump2 = jumps(frame, noise.voltage_V * std::sqrt(mean));
 
+  const std::vector<double> whole2 = whole_jumps(frame, jump2);
+
   const Eigen::RowVector3cd C(inverse_leakage_, -inverse_leakage_, 0.0);
   const Eigen::Vector3cd into(0.5 * h, 0.0, 1.0);  // of the next sample's voltage noise
   Eigen::Matrix3cd Q = voltage2 * into * into.adjoint();
@@ -101,9 +115,10 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
     Eigen::Matrix3cd Q_here = Q, Q_edge = Eigen::Matrix3cd::Zero();
     const double edge2 = jump2[k] * h * h * mean * mean;
     Q_here(0, 0) += edge2 / 12.0;
-    Q_edge(0, 0) = edge2 / 4.0 - edge2 / 12.0;
+    const double most2 = whole2[k] * h * h * mean * mean / 4.0;
+    Q_edge(0, 0) = std::max(0.0, most2 - edge2 / 12.0);
     open.advance(F, Q_here);
-    if (edge_seen || edge2 > 0.0) edges.advance(F, Q_edge), edge_seen = true;
+    if (edge_seen || most2 > 0.0) edges.advance(F, Q_edge), edge_seen = true;
     filter.advance(F, Q_here);
     filter.P -= S * K * K.adjoint();
   }

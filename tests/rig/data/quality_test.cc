@@ -125,6 +125,18 @@ TEST(Quality, SpeedUnitsAreToldApart) {
   EXPECT_TRUE(with_speed(1530.0).empty()) << "a generator runs a little above synchronous";
 }
 
+// 1024 lines counted over 5 ms: 11.7 rpm a count.
+TEST(Quality, SpeedThatMovesInStepsIsDoubted) {
+  const auto with_step = [](double step_rpm) {
+    return warnings(Bench(), [=](int k, std::vector<double>& x) {
+      x[7] = step_rpm * std::round((x[7] + 9.0 * std::sin(0.003 * k)) / step_rpm);
+    });
+  };
+  EXPECT_SAID(with_step(60.0 / 1024.0 / 5e-3), "speed moves in steps of 11.7 rpm");
+  EXPECT_SAID(with_step(60.0 / 1024.0 / 5e-3), "a slip of 0.39 %");
+  EXPECT_TRUE(with_step(1.0).empty()) << "half a turn a minute is a slip of 0.03 %";
+}
+
 TEST(Quality, MilliampsAndKilovoltsAreFound) {
   EXPECT_SAID(warnings(Bench(),
                        [](int, std::vector<double>& x) {
