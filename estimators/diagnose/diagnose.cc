@@ -283,6 +283,23 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.unexplained = describe_unexplained(problem, d.search.final);
 }
 
+// An offset of the torque sensor is friction as long as the shaft turns one way.
+void doubt_friction(const DataSet& data, Diagnosis& d) {
+  if (d.effect.empty() ||
+      std::none_of(d.search.findings.begin(), d.search.findings.end(),
+                   [](const Finding& f) { return name_of(f.candidate) == "friction_windage"; }))
+    return;
+  bool forward = false, backward = false;
+  for (const Record& r : data.records) {
+    for (const SteadyPoint& p : r.points) forward |= p.speed_rad_s > 0.0, backward |= p.speed_rad_s < 0.0;
+  }
+  if (forward != backward)
+    d.explanation.push_back(
+        "All points turn one way: an offset of the torque sensor would look the same; points in both "
+        "directions tell "
+        "them apart.");
+}
+
 // What was found at import: data that are wrong look like physics.
 void repeat_warnings(const DataSet& data, Diagnosis& d) {
   std::size_t told = 0, all = 0;
@@ -321,6 +338,7 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
     d.explanation.push_back(
         "Torque of time series is not judged: friction_windage and stray_load_loss show in tables of steady "
         "points.");
+  doubt_friction(problem.data(), d);
   if (!d.effect.empty() && d.unexplained)
     d.explanation.push_back("Something remains that no effect of the library explains: " +
                             d.unexplained->description);

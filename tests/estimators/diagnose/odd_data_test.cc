@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "estimators/diagnose/diagnose.h"
 #include "estimators/diagnose/missing/parts.h"
@@ -12,6 +13,7 @@
 #include "estimators/fit/global/driven_record.h"
 #include "rig/base/space_vector.h"
 #include "tests/estimators/diagnose/flawed_grid.h"
+#include "tests/estimators/diagnose/known_motor.h"
 
 namespace imrig::est {
 namespace {
@@ -153,6 +155,42 @@ TEST(OddData, SamplesOfAFastSupplyAreAveragedOverLess) {
   const DrivenRecord record = driven_record(series, fast.pole_pairs);
   EXPECT_GT(record.thinned, 1);
   EXPECT_LE(std::abs(record.frame.w_k) * record.frame.sample_time_s, kThinnedTurn * 1.001);
+}
+
+// Steady points of a motor without friction and a torque sensor 0.8 Nm off.
+DataSet points_with_offset(const std::vector<double>& directions) {
+  const test::KnownMotor known;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  std::vector<SteadyPoint> points;
+  for (const double direction : directions) {
+    for (const double f_Hz : {30.0, 45.0, 60.0}) {
+      for (const double slip : {0.005, 0.01, 0.02, 0.03, 0.04}) {
+        SteadyPoint p = test::steady_point(known, f_Hz, slip, 3.0 * f_Hz);
+        p.i_peak_A += 0.01 * noise(random);
+        p.p_in_W += 1.0 * noise(random);
+        p.f_Hz *= direction, p.speed_rad_s *= direction;
+        p.torque_Nm = direction * p.torque_Nm - 0.8 + 0.05 * noise(random);
+        p.p_out_W = kMissing;
+        points.push_back(p);
+      }
+    }
+  }
+  DataSet data = test::table_set(std::move(points), 0.01);
+  data.noise.power_W = 1.0;
+  data.noise.torque_Nm = 0.05;
+  return data;
+}
+
+TEST(OddData, ATorqueSensorThatIsOffIsDoubtedWhereTheShaftTurnsOneWay) {
+  const Diagnosis d = diagnose(test::KnownMotor().model(), points_with_offset({1.0}));
+  EXPECT_EQ(d.effect, "friction_windage") << words(d);
+  EXPECT_TRUE(says(d, "an offset of the torque sensor would look the same")) << words(d);
+}
+
+TEST(OddData, ATorqueSensorThatIsOffIsNoFrictionWhereItTurnsBothWays) {
+  const Diagnosis d = diagnose(test::KnownMotor().model(), points_with_offset({1.0, -1.0}));
+  EXPECT_EQ(d.verdict, "unknown") << words(d);
 }
 
 }  // namespace
