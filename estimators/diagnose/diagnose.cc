@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <set>
 
 #include "estimators/diagnose/missing/parts.h"
 #include "estimators/diagnose/missing/unexplained.h"
+#include "estimators/fit/global/driven_record.h"
 #include "estimators/fit/global/start_from_data.h"
 #include "estimators/fit/student_t.h"
 #include "estimators/model/effects/registry.h"
@@ -20,7 +22,8 @@ namespace {
 
 constexpr double kExplained = 0.85;  // share of the excess that an explanation must take away
 constexpr double kWide = 5.0;  // an effect of so many times what matters must show, or the data cannot tell
-constexpr std::size_t kMostAtOnce = 3;
+constexpr double kFineTime_s = 1.3e-4;  // averages of samples, where those of kThinnedTime_s hide something
+constexpr std::size_t kMostAtOnce = 3, kMostOfAll = 4;  // effects; the latter even where nothing remains
 constexpr std::size_t kMostWarnings = 3;
 constexpr double kFollows = 0.7,
                  kFollowsMore = 0.3;  // of the values' variance; more than what goes with heat explains
@@ -269,9 +272,9 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.patterns = value_patterns(problem, d.search.final);
     const bool moving = !inside && !unstable(problem, d.search.final).empty();
     const std::size_t wanted = d.search.final.model.active.size() - first.base.model.active.size();
-    const bool too_many = wanted > kMostAtOnce || (wanted == kMostAtOnce && !inside);
+    const bool too_many = wanted > kMostOfAll || (wanted >= kMostAtOnce && !inside);
     const bool no_heat = std::any_of(d.patterns.begin(), d.patterns.end(), follows);
-    const bool empty = may_be_neutral(d.search.final.model, main.candidate);
+    const bool empty = !inside && may_be_neutral(d.search.final.model, main.candidate);
     if ((!inside && share_left(problem, d) > 1.0 - kExplained) || moving || too_many || no_heat || empty)
       d.verdict = "unknown";
   }
@@ -366,6 +369,17 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
                                       without.empty() ? "" : "; ruled out: " + listed(without)));
 }
 
+// A hard sign of the current switches within averaged samples.
+bool wants_finer_samples(const DataSet& data, const Search& found) {
+  if (found.at_floor && inside_band(found.final)) return false;
+  const auto& active = found.final.model.active;
+  const bool switches = std::any_of(active.begin(), active.end(),
+                                    [](const Candidate& c) { return name_of(c) == "inverter_dead_time"; });
+  return switches && std::any_of(data.records.begin(), data.records.end(), [](const Record& r) {
+           return r.series.size() > 0 && 2.0 * r.series.sample_time_s <= kThinnedTime_s;
+         });
+}
+
 std::vector<std::size_t> ruled_out(const std::vector<std::string>& names) {
   std::set<std::size_t> out;
   for (const std::string& name : names) {
@@ -389,13 +403,21 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   const Model& model = known.model;
   std::vector<std::string> cut;
   const DataSet parts = in_parts(data, cut);
-  const GlobalProblem problem(parts, model.machine(), options.threads);
-  if (problem.fitted().empty()) throw Error("diagnose", "finds hold-out records only", "some must be fitted");
   Diagnosis out;
-  WorkingModel start = working_model(problem, model);
-  start.barred = ruled_out(options.without);
-  out.ranked_among = kEffects - start.barred.size();
-  out.search = search(problem, start, {options.most_additions, options.report});
+  const auto searched = [&](double longest_sample_s) {
+    auto problem =
+        std::make_unique<const GlobalProblem>(parts, model.machine(), options.threads, longest_sample_s);
+    if (problem->fitted().empty())
+      throw Error("diagnose", "finds hold-out records only", "some must be fitted");
+    WorkingModel start = working_model(*problem, model);
+    start.barred = ruled_out(options.without);
+    out.ranked_among = kEffects - start.barred.size();
+    out.search = search(*problem, start, {options.most_additions, options.report});
+    return problem;
+  };
+  auto current = searched(kThinnedTime_s);
+  if (wants_finer_samples(parts, out.search)) current = searched(kFineTime_s);
+  const GlobalProblem& problem = *current;
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
   repeat_warnings(data, out);

@@ -86,7 +86,8 @@ double noise_gain(const GlobalProblem& problem, const Trial& base) {
 
 bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) {
   const Trial& base = step.base;
-  if (!trial.sound || !trial.determined || trial.size < 1.0) return false;
+  // What takes most of a misfit matters, however small its size is called.
+  if (!trial.sound || !trial.determined || (trial.size < 1.0 && !explains_most(trial, base))) return false;
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
   if (base.chi2 - trial.chi2 < kOverNoise * step.noise_gain) return false;

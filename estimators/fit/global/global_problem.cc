@@ -72,7 +72,8 @@ PointNoise point_noise(const DataSet& data) {
 
 }  // namespace
 
-GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads)
+GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads,
+                             double longest_sample_s)
     : data_(data),
       threads_(std::max(1, threads)),
       noise_(noise_levels(data)),
@@ -90,7 +91,8 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
     entry.record = &record;
     try {
       if (record.kind != RecordKind::kPoints) {
-        entry.series = std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs));
+        entry.series =
+            std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, longest_sample_s));
         const FrameRecord& frame = entry.series->frame;
         sample_time_ = std::max(sample_time_, record.series.sample_time_s);
         for (std::size_t n = frame.judged_from; n < frame.size(); ++n) {
@@ -263,7 +265,7 @@ GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free,
     out.values += r.values;
     Eigen::VectorXd score = r.gradient.head(s);
     Eigen::MatrixXd normal = r.normal.topLeftCorner(s, s);
-    if (l > 0) {
+    if (l > 0 && s > 0) {
       Eigen::MatrixXd D = r.normal.bottomRightCorner(l, l);
       D.diagonal() *= 1.0 + 1e-10;
       D.diagonal().array() += 1e-12;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "estimators/fit/global/driven_record.h"
 #include "estimators/fit/global/noise_levels.h"
 #include "estimators/fit/global/points_terms.h"
 #include "estimators/fit/global/record_terms.h"
@@ -66,8 +67,9 @@ class GlobalProblem {
   };
 
   // Takes the records that can be simulated; a rough circuit for whitening is `theta`. data must outlive
-  // this.
-  GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads);
+  // this. longest_sample_s: that averaging of samples may make (driven_record.h).
+  GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads,
+                double longest_sample_s = kThinnedTime_s);
 
   const DataSet& data() const { return data_; }
   const std::vector<Entry>& entries() const { return entries_; }

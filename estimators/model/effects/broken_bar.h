@@ -12,8 +12,8 @@ namespace imrig::est {
 template <class T>
 class BrokenBar : public EffectLaw<T> {
  public:
-  static constexpr EffectParameter kLocal[] = {{"real", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.01},
-                                               {"imaginary", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.01}};
+  static constexpr EffectParameter kLocal[] = {{"real", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.005},
+                                               {"imaginary", "1", Role::kAmplitude, 0.0, -0.9, 0.9, 0.005}};
   static constexpr EffectForm kForms[] = {{"by record", {}, true, false}};
   static constexpr EffectInfo kInfo = {
       "broken_bar",
