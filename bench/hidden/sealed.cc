@@ -19,8 +19,8 @@ namespace {
 
 constexpr double kStep_s = 60e-6, kFilter_s = 160e-6, kRamp_s = 6e-3;
 constexpr double kGain = 0.001;  // declared and drawn: SensorsConfig::gain_sigma
-constexpr int kZeroSamples = 4000;
-constexpr std::size_t kHeldOut = 14;
+constexpr int kZeroSamples = 25000;  // 1.5 s, as a campaign rests
+constexpr std::size_t kHeldOut = 40;
 
 // One record's drive.
 struct Profile {
