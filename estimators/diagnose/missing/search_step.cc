@@ -25,6 +25,9 @@ constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as ri
 constexpr std::size_t kMostEnriched = 3;
 // Noise that is not quite what was reckoned with moves values of each record a little, all of them at once.
 constexpr double kLeastLocal = 100.0;
+// One bar is as broken in every record: measured 0 to 0.04 where one is, 0.6 to 0.8 where something else is
+// hidden.
+constexpr double kMostScatter = 0.3;
 constexpr double kLocalTold = 1.5;  // a few records may carry it all
 constexpr std::size_t kFewestRecords = 6;  // before a value for each of them is a law at all
 constexpr double kSimpler =
@@ -54,7 +57,7 @@ bool worth_trying(const GlobalProblem& problem, const Score& score, const Trial&
 }
 
 bool worth_its_values(const Trial& with, const Trial& base, std::size_t records) {
-  if (records < kFewestRecords) return false;
+  if (records < kFewestRecords || with.size_scatter > kMostScatter) return false;
   const double own = static_cast<double>(records * local_entries(with.candidate).size());
   return base.chi2 - with.chi2 > std::max(kLocalGain * own, kLeastLocal) * scale_of(with) &&
          surely_better(with, base) > kLocalTold;

@@ -102,6 +102,36 @@ void forget_local(std::size_t effect, WorkingModel& model) {
   }
 }
 
+// Of values for each record that only a phase tells apart (a broken bar: the rotor's angle at the start): how
+// far their sizes scatter beyond what is not known of them, as a share of their mean; over the records that
+// know theirs to a third. 0 where fewer than four do.
+double scatter_of_sizes(const GlobalProblem& problem, const WorkingModel& model, const Candidate& candidate,
+                        const std::vector<std::size_t>& which) {
+  const std::vector<std::size_t> entries = local_entries(candidate);
+  if (entries.size() != 2 || entries.front() < kStates) return 0.0;
+  const auto s = static_cast<Eigen::Index>(model.fit.free.shared.size());
+  std::vector<double> sizes, variances;
+  for (std::size_t k = 0; k < which.size() && k < model.fit.terms.records.size(); ++k) {
+    const auto locals = problem.locals_of(which[k], model.fit.free.local);
+    const auto at = std::find(locals.begin(), locals.end(), entries.front()) - locals.begin();
+    const auto l = static_cast<Eigen::Index>(locals.size());
+    if (at + 1 >= l) continue;
+    const Eigen::MatrixXd inverse =
+        model.fit.terms.records[k].normal.block(s, s, l, l).ldlt().solve(Eigen::MatrixXd::Identity(l, l));
+    const LocalVector<double>& local = model.at.local[which[k]];
+    sizes.push_back(std::hypot(local[entries[0]], local[entries[1]]));
+    variances.push_back(0.5 * (inverse(at, at) + inverse(at + 1, at + 1)));
+  }
+  double n = 0.0, mean = 0.0, square = 0.0, unknown = 0.0;
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    if (!(9.0 * variances[k] < sizes[k] * sizes[k])) continue;
+    n += 1.0, mean += sizes[k], square += sizes[k] * sizes[k], unknown += variances[k];
+  }
+  if (n < 4.0) return 0.0;
+  mean /= n;
+  return std::sqrt(std::max(0.0, square / n - mean * mean - unknown / n)) / mean;
+}
+
 WorkingModel without(const WorkingModel& model, std::size_t effect) {
   WorkingModel next = model;
   std::erase_if(next.active, [&](const Candidate& c) { return c.effect == effect; });
@@ -128,6 +158,7 @@ Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& can
   model.at = model.fit.at;
   trial.chi2 = model.fit.chi2;
   trial.left_out = left_out(model.fit.terms);
+  trial.size_scatter = scatter_of_sizes(problem, model, candidate, which);
   model.fit.terms = {};  // as large as the data's normal equations, and not needed again
   for (const double x : trial.left_out) trial.left_out_chi2 += x;
   if (!std::isfinite(trial.left_out_chi2)) trial.left_out_chi2 = std::numeric_limits<double>::infinity();

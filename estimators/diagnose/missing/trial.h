@@ -22,6 +22,7 @@ struct Trial {
   std::vector<double> left_out;  // of each fitted entry
   double wald = 0.0;             // sqrt of the Wald statistic of its amplitudes, from record to record
   double size = 0.0;             // largest amplitude over what matters to an engineer
+  double size_scatter = 0.0;     // of a broken bar's values for each record, over their mean
 };
 
 // Sums over records.
