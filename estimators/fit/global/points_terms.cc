@@ -178,7 +178,7 @@ Whitened whitened(const std::vector<Channel>& channels) {
   }
   const Eigen::LLT<Eigen::MatrixXd> cholesky(covariance);
   out.error = cholesky.matrixL().solve(out.error).eval();
-  out.jacobian = cholesky.matrixL().solve(out.jacobian).eval();
+  if (out.jacobian.cols() > 0) out.jacobian = cholesky.matrixL().solve(out.jacobian).eval();
   return out;
 }
 
