@@ -23,7 +23,7 @@ namespace {
 constexpr double kExplained = 0.85;  // share of the excess that an explanation must take away
 constexpr double kWide = 5.0;  // an effect of so many times what matters must show, or the data cannot tell
 constexpr double kFineTime_s = 1.3e-4;  // averages of samples, where those of kThinnedTime_s hide something
-constexpr std::size_t kMostAtOnce = 3, kMostOfAll = 4;  // effects; the latter even where nothing remains
+constexpr std::size_t kMostEffects = 4, kMostWithARest = 2;  // at once; the latter where something remains
 constexpr std::size_t kMostWarnings = 3;
 constexpr double kFollows = 0.7,
                  kFollowsMore = 0.3;  // of the values' variance; more than what goes with heat explains
@@ -271,12 +271,17 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.verdict = d.confusable.size() > 1 ? "ambiguous" : "missing";
     d.patterns = value_patterns(problem, d.search.final);
     const bool moving = !inside && !unstable(problem, d.search.final).empty();
-    const std::size_t wanted = d.search.final.model.active.size() - first.base.model.active.size();
-    const bool too_many = wanted > kMostOfAll || (wanted >= kMostAtOnce && !inside);
+    // Effects of the model as it came may have gone.
+    const std::size_t had = first.base.model.active.size(), has = d.search.final.model.active.size();
+    const bool too_many = has > had + kMostEffects || (has > had + kMostWithARest && !inside);
     const bool no_heat = std::any_of(d.patterns.begin(), d.patterns.end(), follows);
     const bool empty = !inside && may_be_neutral(d.search.final.model, main.candidate);
     if ((!inside && share_left(problem, d) > 1.0 - kExplained) || moving || too_many || no_heat || empty)
       d.verdict = "unknown";
+    if (too_many) d.explanation.push_back("So many effects at once explain anything.");
+    if (empty)
+      d.explanation.push_back(fmt::format(
+          "The amplitude of {} may as well be zero: its shape takes the place of something else.", d.effect));
   }
   if (d.verdict == "unknown") {
     d.effect.clear();

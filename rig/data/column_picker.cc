@@ -11,7 +11,7 @@
 namespace imrig {
 
 namespace {
-std::string listed(const std::vector<std::string>& names) {
+std::string some_of(const std::vector<std::string>& names) {
   std::string all;
   for (std::size_t k = 0; k < names.size() && k < 20; ++k) all += (k == 0 ? "" : ", ") + names[k];
   return names.size() > 20 ? all + ", ..." : all;
@@ -34,7 +34,7 @@ bool ColumnPicker::has(const std::string& name) const {
   throw Error(
       spec_.where,
       fmt::format("columns.{} is taken from \"{}\", which {} does not have", name, source, table_.file),
-      "it has " + listed(table_.names));
+      "it has " + some_of(table_.names));
 }
 
 std::vector<double> ColumnPicker::take(const std::string& name) {
@@ -49,7 +49,7 @@ std::vector<double> ColumnPicker::take(const std::string& name) {
   }
   taken_.push_back(source);
   const auto rule = spec_.columns.find(name);
-  if (rule == spec_.columns.end() || rule->second.scale == 1.0) check_unit(name, source);
+  if (rule == spec_.columns.end() || !rule->second.scaled) check_unit(name, source);
   if (rule == spec_.columns.end() || (rule->second.scale == 1.0 && rule->second.offset == 0.0)) return x;
   for (double& value : x) value = rule->second.scale * value + rule->second.offset;
   return x;
@@ -60,6 +60,14 @@ void ColumnPicker::check_unit(const std::string& name, const std::string& source
   const std::string& told = table_.units[static_cast<std::size_t>(table_.find(source))];
   const double factor = unit_factor(name, told).value_or(1.0);
   if (std::abs(factor - 1.0) < 1e-9) return;
+  if (std::isnan(factor)) {
+    throw Error(
+        table_.file,
+        fmt::format("\"{}\" is in {} by the row under the names, and {} is read from it", source, told, name),
+        fmt::format(
+            "take another column, or say that the row is wrong: columns.{} = {{ from = \"{}\", scale = 1 }}",
+            name, source));
+  }
   throw Error(table_.file,
               fmt::format("\"{}\" is in {} by the row under the names, and {} is read from it as it is",
                           source, told, name),
@@ -70,7 +78,7 @@ std::vector<double> ColumnPicker::need(const std::string& name) {
   if (!has(name)) {
     throw Error(table_.file, fmt::format("column \"{}\" is missing", source_of(name)),
                 fmt::format("it has {}; rename in dataset.toml with columns.{} = {{ from = \"...\" }}",
-                            listed(table_.names), name));
+                            some_of(table_.names), name));
   }
   return take(name);
 }

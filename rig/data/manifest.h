@@ -16,6 +16,7 @@ struct ColumnRule {
   std::string from;
   double scale = 1.0;
   double offset = 0.0;
+  bool scaled = false;  // a scale was given
 };
 
 struct RecordSpec {

@@ -21,6 +21,7 @@ using Column = std::vector<double>;
 struct VectorColumns {
   std::vector<Column> parts;
   NoiseOf noise = NoiseOf::kThreePhases;
+  int derived = -1;  // the one of three that follows from the others
 };
 
 // Of three columns that sum to zero by themselves one may be missing: instruments with two sensors are
@@ -42,12 +43,17 @@ VectorColumns three_phases(ColumnPicker& pick, const std::string& symbol, const 
   }
   if (!derive) return out;
   out.noise = NoiseOf::kTwoPhases;
-  const auto lost = static_cast<std::size_t>(missing);
-  const Column& x = out.parts[(lost + 1) % 3];
-  const Column& y = out.parts[(lost + 2) % 3];
-  out.parts[lost].resize(x.size());
-  for (std::size_t k = 0; k < x.size(); ++k) out.parts[lost][k] = -(x[k] + y[k]);
+  out.derived = missing;
   return out;
+}
+
+void derive(VectorColumns& columns) {
+  if (columns.derived < 0) return;
+  const auto lost = static_cast<std::size_t>(columns.derived);
+  const Column& x = columns.parts[(lost + 1) % 3];
+  const Column& y = columns.parts[(lost + 2) % 3];
+  columns.parts[lost].resize(x.size());
+  for (std::size_t k = 0; k < x.size(); ++k) columns.parts[lost][k] = -(x[k] + y[k]);
 }
 
 VectorColumns vector_columns(ColumnPicker& pick, const std::string& symbol, const std::string& unit,
@@ -132,7 +138,10 @@ void fill_speed(const Column& t_s, Column& speed, std::vector<std::string>& warn
 void fill_cells(Rows& rows, std::vector<std::string>& warnings) {
   std::size_t filled = 0;
   for (auto* side : {&rows.v, &rows.i}) {
-    for (auto& part : side->parts) filled += fill_short_holes(rows.t_s, part);
+    for (auto& part : side->parts) {
+      if (!part.empty()) filled += fill_short_holes(rows.t_s, part);
+    }
+    derive(*side);
   }
   if (filled > 0)
     warnings.push_back(
@@ -143,7 +152,8 @@ void fill_cells(Rows& rows, std::vector<std::string>& warnings) {
 constexpr double kSlowest_s = 5e-3;
 
 void tell_slow(const RecordSpec& spec, double sample_time_s, std::vector<std::string>& warnings) {
-  if (may_stand_still(spec.kind) || sample_time_s <= kSlowest_s) return;
+  if (may_stand_still(spec.kind) || spec.kind == RecordKind::kCoastDown || sample_time_s <= kSlowest_s)
+    return;
   warnings.push_back(fmt::format(
       "a sample every {:.4g} s cannot follow the supply; are the times in ms or us? (scale in dataset.toml)",
       sample_time_s));

@@ -9,6 +9,16 @@ namespace imrig {
 namespace {
 
 constexpr std::size_t kRowsPerHole = 100;
+constexpr double kGap = 1.5;  // of the median step
+
+// Of at least two stamps.
+double median_step(const std::vector<double>& t_s) {
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < t_s.size(); ++k) steps.push_back(t_s[k] - t_s[k - 1]);
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
 
 // The cubic through (-2, y0), (-1, y1), (gap, y2), (gap + 1, y3) at x.
 double cubic(const std::array<double, 4>& y, double gap, double x) {
@@ -30,14 +40,17 @@ std::size_t fill_short_holes(const std::vector<double>& t_s, std::vector<double>
   const auto missing = [](double value) { return std::isnan(value); };
   const auto holes = static_cast<std::size_t>(std::count_if(x.begin(), x.end(), missing));
   if (holes == 0 || holes * kRowsPerHole > x.size()) return 0;
+  const double step_s = median_step(t_s);
   std::size_t filled = 0;
   for (std::size_t k = 2; k + 2 < x.size(); ++k) {
     if (!missing(x[k]) || missing(x[k - 1]) || missing(x[k - 2])) continue;
     std::size_t end = k;
     while (end < x.size() && missing(x[end])) ++end;
     const auto even = [&] {
-      const double steps = static_cast<double>(end + 1 - (k - 2));
-      return t_s[end + 1] - t_s[k - 2] < (steps + 0.5) * (t_s[k - 1] - t_s[k - 2]);
+      for (std::size_t m = k - 1; m <= end + 1; ++m) {
+        if (!(t_s[m] - t_s[m - 1] < kGap * step_s)) return false;
+      }
+      return true;
     };
     if (end - k <= kLongestHole && end + 1 < x.size() && !missing(x[end + 1]) && even()) {
       const std::array<double, 4> y{x[k - 2], x[k - 1], x[end], x[end + 1]};

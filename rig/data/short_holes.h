@@ -11,7 +11,8 @@ namespace imrig {
 
 inline constexpr std::size_t kLongestHole = 3;  // rows
 
-// x of the same length as t_s; a hole beside a gap in time stays. Returns how many values were filled.
+// x of the same length as t_s; a hole beside a gap in time (1.5 times the median step) stays. Returns how
+// many values were filled.
 std::size_t fill_short_holes(const std::vector<double>& t_s, std::vector<double>& x);
 
 }  // namespace imrig

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kFastest = 1.15;  // of synchronous: beyond it no generator of this kind runs
 constexpr std::size_t kSamplesPerValue = 20;  // so seldom a speed is new where it moves in steps
+constexpr std::size_t kFewestChanges = 8;
 constexpr double kCoarse = 5e-4;              // of slip
 constexpr double kSlowest = 0.70;  // beyond pull-out for all but special machines
 
@@ -53,6 +54,9 @@ std::string coarse_speed(const std::vector<double>& speed_rad_s, double f_Hz, in
   std::erase_if(values, [](double w) { return !std::isfinite(w); });
   if (values.empty()) return "";
   const std::size_t samples = values.size();
+  std::size_t changes = 0;
+  for (std::size_t k = 1; k < samples; ++k) changes += values[k] != values[k - 1] ? 1u : 0u;
+  if (changes < kFewestChanges) return "";  // set-points, not steps
   std::sort(values.begin(), values.end());
   // Rounding in the file is no step.
   const double same = 1e-6 * std::max(std::abs(values.front()), std::abs(values.back()));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <limits>
 
 namespace imrig {
 
@@ -65,7 +66,6 @@ constexpr std::array kUnits{
          "C",
          Kind::kTemperature, 1.0},
     Unit{"-", Kind::kNone, 1.0},
-    Unit{"1", Kind::kNone, 1.0},
 };
 
 struct Ending {
@@ -99,8 +99,9 @@ const Unit* unit_of(std::string_view word) {
 }
 
 bool starts_a_number(std::string_view cell) {
-  return std::any_of(cell.begin(), cell.end(),
-                     [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }) &&
+  cell = bare(cell);
+  const std::size_t first = cell.find_first_not_of("+-.");
+  return first != std::string_view::npos && std::isdigit(static_cast<unsigned char>(cell[first])) != 0 &&
          unit_of(cell) == nullptr;
 }
 
@@ -109,10 +110,11 @@ bool starts_a_number(std::string_view cell) {
 bool is_unit_row(const std::vector<std::string>& cells) {
   std::size_t known = 0, filled = 0;
   for (const std::string& cell : cells) {
-    if (bare(cell).empty()) continue;
     if (starts_a_number(cell)) return false;
+    const Unit* unit = unit_of(cell);
+    if (bare(cell).empty() || (unit != nullptr && unit->kind == Kind::kNone)) continue;
     ++filled;
-    known += unit_of(cell) != nullptr && bare(cell) != "1" ? 1u : 0u;
+    known += unit != nullptr ? 1u : 0u;
   }
   return known > 0 && 2 * known >= filled;
 }
@@ -121,7 +123,8 @@ std::optional<double> unit_factor(std::string_view our_name, std::string_view to
   const Unit* unit = unit_of(told);
   const auto ending = std::find_if(kEndings.begin(), kEndings.end(),
                                    [&](const Ending& e) { return our_name.ends_with(e.text); });
-  if (unit == nullptr || ending == kEndings.end() || unit->kind != ending->kind) return std::nullopt;
+  if (unit == nullptr || unit->kind == Kind::kNone || ending == kEndings.end()) return std::nullopt;
+  if (unit->kind != ending->kind) return std::numeric_limits<double>::quiet_NaN();
   return unit->in_si / ending->in_si;
 }
 

@@ -14,7 +14,7 @@ namespace imrig {
 bool is_unit_row(const std::vector<std::string>& cells);
 
 // What a value in `told` is multiplied with to be in the unit that our column's name ends in (t_s, v_a_V,
-// speed_rpm, ...). Empty where either is not known or both are of different kinds.
+// speed_rpm, ...). Empty where either is not known; NaN where they are of different kinds.
 std::optional<double> unit_factor(std::string_view our_name, std::string_view told);
 
 }  // namespace imrig

@@ -19,6 +19,7 @@ bool needed(const GlobalProblem& problem, const Candidate& c, const Trial& with,
   if (form_of(c).local) {
     Trial own = with;
     own.candidate = c;
+    if (!(c == with.candidate)) own.size_scatter = 0.0;  // that of what was changed last
     return worth_its_values(problem, own, without);
   }
   return surely_better(with, without) > kTold || without.left_out_chi2 > with.left_out_chi2 * 1.001;

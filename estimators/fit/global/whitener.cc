@@ -81,7 +81,7 @@ Whitener::Whitener(const DrivenRecord& record, const MachineParameters<double>& 
   const double current2 = std::max(2.0 * current * current, 1e-30);
   const std::vector<double> jump2 = jumps(frame, noise.voltage_V * std::sqrt(mean));
 
-  const std::vector<double> whole2 = whole_jumps(frame, jump2);
+  const std::vector<double> whole2 = record.thinned == 1 ? jump2 : whole_jumps(frame, jump2);
 
   const Eigen::RowVector3cd C(inverse_leakage_, -inverse_leakage_, 0.0);
   const Eigen::Vector3cd into(0.5 * h, 0.0, 1.0);  // of the next sample's voltage noise

@@ -188,10 +188,34 @@ TEST(Folder, LostCellsAreFilledFromTheirNeighbours) {
   EXPECT_TRUE(has(data.records[0].warnings, "5 values of voltage or current are missing"));
 }
 
+TEST(Folder, LostCellsBesideAGapStayLostAndADerivedPhaseIsFilledLikeTheOthers) {
+  const std::string gap = Bench().csv([](int k, std::vector<double>& x) {
+    if (k == 1000) x[1] = NAN;
+    return k < 990 || k >= 999;
+  });
+  EXPECT_EQ(read(manifest(kOneRecord), gap).records[0].series.size(), 999u)
+      << "from the sample behind the lost one";
+  Bench two;
+  two.header = "t_s,v_a_V,v_b_V,v_c_V,i_a_A,i_b_A,speed_rpm";
+  const std::string csv = two.csv([](int k, std::vector<double>& x) {
+    if (k % 150 == 50) x[4] = NAN;
+    if (k % 150 == 100) x[5] = NAN;
+    x.erase(x.begin() + 6);
+    return true;
+  });
+  EXPECT_EQ(read(manifest(kOneRecord), csv).records[0].series.size(), 2000u);
+}
+
 TEST(Folder, AUnitOfTheFileThatContradictsTheNameIsRefusedWithTheScale) {
   std::string csv = Bench().csv();
   csv.insert(csv.find('\n') + 1, "ms,V,V,V,A,A,A,1/min\n");
   EXPECT_NE(trouble(manifest(kOneRecord), csv).find("columns.t_s = { from = \"t_s\", scale = 0.001 }"),
+            std::string::npos);
+  const std::string overruled = std::string(kOneRecord) + "columns.t_s = { from = \"t_s\", scale = 1 }\n";
+  EXPECT_EQ(read(manifest(overruled), csv).records[0].series.size(), 2000u);
+  csv = Bench().csv();
+  csv.insert(csv.find('\n') + 1, "s,A,V,V,A,A,A,rpm\n");
+  EXPECT_NE(trouble(manifest(kOneRecord), csv).find("\"v_a_V\" is in A by the row under the names"),
             std::string::npos);
   csv = Bench().csv();
   csv.insert(csv.find('\n') + 1, "[s],[V],[V],[V],[A],[A],[A],[rpm]\n");

@@ -129,11 +129,14 @@ TEST(Quality, SpeedUnitsAreToldApart) {
 TEST(Quality, SpeedThatMovesInStepsIsDoubted) {
   const auto with_step = [](double step_rpm) {
     return warnings(Bench(), [=](int k, std::vector<double>& x) {
-      x[7] = step_rpm * std::round((x[7] + 9.0 * std::sin(0.003 * k)) / step_rpm);
+      x[7] = step_rpm * std::round((x[7] + 9.0 * std::sin(0.05 * k)) / step_rpm);
     });
   };
   EXPECT_SAID(with_step(60.0 / 1024.0 / 5e-3), "speed moves in steps of 11.7 rpm");
   EXPECT_SAID(with_step(60.0 / 1024.0 / 5e-3), "a slip of 0.39 %");
+  EXPECT_TRUE(
+      warnings(Bench(), [](int k, std::vector<double>& x) { x[7] = k < 1000 ? 1450.0 : 1460.0; }).empty())
+      << "two set-points are no steps";
   EXPECT_TRUE(with_step(1.0).empty()) << "half a turn a minute is a slip of 0.03 %";
 }
 
