@@ -24,6 +24,7 @@ std::vector<std::size_t> amplitudes_of(const Candidate& candidate) {
 bool one_sided(std::size_t entry) { return shared_parameter(entry).low >= shared_parameter(entry).neutral; }
 
 Eigen::MatrixXd solve_spd(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
+  if (B.size() == 0) return B;
   const Eigen::VectorXd s = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd scaled = s.asDiagonal() * H * s.asDiagonal();
   scaled.diagonal().array() += 1e-11;

@@ -38,6 +38,7 @@ std::vector<double> visible(const Eigen::MatrixXd& normal, std::size_t free,
   const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   Eigen::MatrixXd scaled = scale.asDiagonal() * normal * scale.asDiagonal();
   scaled.diagonal().array() += 1e-11;
+  if (n == f) return {};
   const Eigen::MatrixXd cross = scaled.topRightCorner(f, n - f);
   const Eigen::MatrixXd taken = cross.transpose() * scaled.topLeftCorner(f, f).ldlt().solve(cross);
   std::vector<double> out;
