@@ -303,9 +303,8 @@ void doubt_friction(const DataSet& data, Diagnosis& d) {
   }
   if (forward != backward)
     d.explanation.push_back(
-        "All points turn one way: an offset of the torque sensor would look the same; points in both "
-        "directions tell "
-        "them apart.");
+        "All points turn one way: an offset of the torque sensor would look the same; check its zero at "
+        "standstill.");
 }
 
 // What was found at import: data that are wrong look like physics.

@@ -71,8 +71,7 @@ std::map<std::string, ColumnRule> read_columns(const ConfigReader& reader, Recor
     ColumnRule rule;
     rule.from = short_text(entry, "from", entry.text_or("from", name));
     rule.scale = entry.number_or("scale", 1.0);
-    const auto keys = entry.keys();
-    rule.scaled = std::find(keys.begin(), keys.end(), "scale") != keys.end();
+    rule.scaled = entry.has("scale");
     rule.offset = entry.number_or("offset", 0.0);
     if (rule.scale == 0.0) entry.fail("scale", "is 0", "it multiplies the column's values");
     rules[name] = rule;

@@ -4,21 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "rig/data/uniform.h"
+
 namespace imrig {
 
 namespace {
 
 constexpr std::size_t kRowsPerHole = 100;
-constexpr double kGap = 1.5;  // of the median step
-
-// Of at least two stamps.
-double median_step(const std::vector<double>& t_s) {
-  std::vector<double> steps;
-  for (std::size_t k = 1; k < t_s.size(); ++k) steps.push_back(t_s[k] - t_s[k - 1]);
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
-}
 
 // The cubic through (-2, y0), (-1, y1), (gap, y2), (gap + 1, y3) at x.
 double cubic(const std::array<double, 4>& y, double gap, double x) {
@@ -40,6 +32,8 @@ std::size_t fill_short_holes(const std::vector<double>& t_s, std::vector<double>
   const auto missing = [](double value) { return std::isnan(value); };
   const auto holes = static_cast<std::size_t>(std::count_if(x.begin(), x.end(), missing));
   if (holes == 0 || holes * kRowsPerHole > x.size()) return 0;
+  // Stamps that are missing are refused later; the median cannot order them.
+  if (!std::all_of(t_s.begin(), t_s.end(), [](double t) { return std::isfinite(t); })) return 0;
   const double step_s = median_step(t_s);
   std::size_t filled = 0;
   for (std::size_t k = 2; k + 2 < x.size(); ++k) {

@@ -9,7 +9,6 @@ namespace imrig {
 
 namespace {
 
-constexpr double kGap = 1.5;         // of the median step
 constexpr double kRounding = 0.01;   // of a step: left as it is
 constexpr double kRepairable = 0.5;  // of a step: interpolated
 
@@ -17,14 +16,6 @@ UniformStretch refused(std::string reason) {
   UniformStretch stretch;
   stretch.reason = std::move(reason);
   return stretch;
-}
-
-double median_step(const std::vector<double>& t_s) {
-  std::vector<double> steps(t_s.size() - 1);
-  for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = t_s[k + 1] - t_s[k];
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
 }
 
 std::string bad_stamp(const std::vector<double>& t_s) {
@@ -94,6 +85,14 @@ double largest_deviation(const std::vector<double>& t_s, const UniformStretch& s
 }
 
 }  // namespace
+
+double median_step(const std::vector<double>& t_s) {
+  std::vector<double> steps(t_s.size() - 1);
+  for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = t_s[k + 1] - t_s[k];
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
 
 UniformStretch uniform_stretch(const std::vector<double>& t_s, const std::vector<std::uint8_t>& complete) {
   if (t_s.size() < kShortestRecord)

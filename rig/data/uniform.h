@@ -23,6 +23,10 @@ struct UniformStretch {
 };
 
 inline constexpr std::size_t kShortestRecord = 16;  // samples
+inline constexpr double kGap = 1.5;                 // of the median step: beyond it samples are missing
+
+// Of at least two stamps.
+double median_step(const std::vector<double>& t_s);
 
 // complete[k] is 0 where row k misses a value it needs; same length as t_s.
 UniformStretch uniform_stretch(const std::vector<double>& t_s, const std::vector<std::uint8_t>& complete);

@@ -206,6 +206,15 @@ TEST(Folder, LostCellsBesideAGapStayLostAndADerivedPhaseIsFilledLikeTheOthers) {
   EXPECT_EQ(read(manifest(kOneRecord), csv).records[0].series.size(), 2000u);
 }
 
+TEST(Folder, ALostTimeStampBesideALostCellIsRefused) {
+  const std::string csv = Bench().csv([](int k, std::vector<double>& x) {
+    if (k == 700) x[0] = NAN;
+    if (k == 900) x[1] = NAN;
+    return true;
+  });
+  EXPECT_NE(trouble(manifest(kOneRecord), csv).find("sample 701 has no time stamp"), std::string::npos);
+}
+
 TEST(Folder, AUnitOfTheFileThatContradictsTheNameIsRefusedWithTheScale) {
   std::string csv = Bench().csv();
   csv.insert(csv.find('\n') + 1, "ms,V,V,V,A,A,A,1/min\n");
