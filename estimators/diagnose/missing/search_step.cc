@@ -193,7 +193,7 @@ Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t eff
   WorkingModel from = trial.model;  // a form that did not settle may still lead to one that does
   const auto forms = kEffectInfos[effect].forms;
   for (std::size_t f = active_form(best.model, effect).form + 1; f < forms.size(); ++f) {
-    if (forms[f].local || best.left_out_chi2 < values_of(best)) continue;
+    if (forms[f].local) continue;
     Trial richer = try_form(problem, from, {effect, f}, problem.fitted());
     if (richer.chi2 < best.chi2) from = richer.model;
     if (richer.sound && richer.determined && richer_wins(richer, best)) best = std::move(richer);

@@ -60,6 +60,16 @@ Eigen::VectorXd step_of(const GlobalTerms& terms, const Indices& rows, double da
   return step;
 }
 
+// A shape that a plainer form held outside its bounds begins where its owner says.
+GlobalPoint begun(GlobalPoint at, const Freedom& free) {
+  for (const std::size_t e : free.shared) {
+    if (e < kBase || shared_parameter(e).role != Role::kShape) continue;
+    const Bounds b = bounds_of(e);
+    if (at.shared[e] < b.low || at.shared[e] > b.high) at.shared[e] = shared_parameter(e).start;
+  }
+  return at;
+}
+
 GlobalPoint moved(const GlobalPoint& from, const Freedom& free, const Eigen::VectorXd& step) {
   GlobalPoint to = from;
   for (std::size_t m = 0; m < free.shared.size(); ++m) {
@@ -182,7 +192,7 @@ GlobalFit fit_global(const GlobalProblem& problem, const GlobalPoint& start, con
                      const std::vector<std::size_t>& which, const GlobalFitOptions& options) {
   GlobalFit fit;
   fit.free = free;
-  fit.at = start;
+  fit.at = begun(start, free);
   GlobalTerms terms = problem.evaluate(fit.at, free, which, options.priors);
   fit.evaluations = 1;
   double damping = 1e-4;

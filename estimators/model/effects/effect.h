@@ -16,6 +16,7 @@
 #include <span>
 
 #include "estimators/model/complex_pair.h"
+#include "estimators/model/effects/saturation_law.h"
 #include "estimators/model/effects/scalar.h"
 
 namespace imrig::est {
@@ -31,6 +32,7 @@ struct EffectParameter {
   double scale;                       // a change of this size matters to an engineer
   std::span<const double> scan = {};  // of a shape: values to try
   bool only_in_reach = false;         // of a shape: bounds are not nature's, they only keep a search in reach
+  double start = 0.0;  // of a shape: where a search begins that frees it, if it stands outside its bounds
 };
 
 // One way to put an effect into numbers: which of its parameters are free. From plain to rich.
@@ -84,18 +86,23 @@ struct Iron {
   T at_stator{}, at_rotor{};
 };
 
+// How the iron bends away from the linear circuit (saturated_iron.h).
 template <class T>
-struct MachineParameters;
+struct IronBends {
+  SaturationCurve<T> main, leakage;
+  bool main_live = false, leakage_live = false;
+  T place{}, rotor_share{};
+};
 
-// Identity of every hook. p: the four base parameters, where a hook wants them.
+// Identity of every hook.
 template <class T>
 struct EffectLaw {
   // Electrical rotor speed, rad/s, from the measured one.
   void speed(T&) const {}
   // Voltage at the winding, V, from the measured one.
   void voltage(Cx<T>&, const Cx<T>& /*i_s*/, const Instant&) const {}
-  void magnetics(const MachineParameters<T>&, const Cx<T>& /*psi_s*/, const Cx<T>& /*psi_r*/,
-                 Currents<T>&) const {}
+  // Once, when the machine is put together.
+  void bend(IronBends<T>&) const {}
   // Factors on R_s and R_r.
   void stator_resistance(T&, const Instant&) const {}
   void rotor_resistance(T&, const Instant&) const {}

@@ -26,6 +26,13 @@ void check_form(const ConfigReader& table, const ActiveEffect& effect, const Eff
   table.fail("form", "is \"" + effect.form + "\"", fmt::format("{} has the forms {}", effect.name, forms));
 }
 
+// The bounds of a search, and the values at which plainer forms hold a shape.
+Range range_of(const EffectParameter& p) {
+  Range range{std::min(p.low, p.neutral), std::max(p.high, p.neutral)};
+  for (const double x : p.scan) range = {std::min(range.low, x), std::max(range.high, x)};
+  return range;
+}
+
 }  // namespace
 
 ActiveEffect read_effect(const ConfigReader& table, ParameterReader read_parameter) {
@@ -43,7 +50,7 @@ ActiveEffect read_effect(const ConfigReader& table, ParameterReader read_paramet
   for (const EffectParameter& p : info.shared) {
     const auto one = parameters->table_if(p.name);
     if (!one) continue;
-    effect.parameters[p.name] = read_parameter(*one, {p.low, p.high});
+    effect.parameters[p.name] = read_parameter(*one, range_of(p));
     if (effect.parameters[p.name].unit != p.unit)
       one->fail("unit", "is not right here", fmt::format("it must be \"{}\"", p.unit));
   }

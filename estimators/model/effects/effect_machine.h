@@ -13,6 +13,7 @@
 #include <algorithm>
 
 #include "estimators/model/effects/effect_list.h"
+#include "estimators/model/effects/saturated_iron.h"
 
 namespace imrig::est {
 
@@ -32,9 +33,8 @@ class EffectMachine {
       : shared_(shared),
         local_(local),
         base_{shared_[0], shared_[1], shared_[2], shared_[3]},
-        inverse_leakage_(1.0 / base_.L_l),
-        inverse_magnetizing_(1.0 / base_.L_m),
-        laws_(make(std::make_index_sequence<kEffects>())) {
+        laws_(make(std::make_index_sequence<kEffects>())),
+        iron_(base_, bends()) {
     each([&](const auto& law) { law.layer(rise_, corner_); });
     layered_ = value_of(rise_) != 0.0 || has_derivative(rise_);
   }
@@ -61,15 +61,12 @@ class EffectMachine {
     Inside out;
     out.w_r = T(w_r);
     each([&](const auto& law) { law.speed(out.w_r); });
-    Currents<T> i;
-    i.stator = scaled(inverse_leakage_, x.psi_s - x.psi_r);
-    i.rotor = i.stator - scaled(inverse_magnetizing_, x.psi_r);
+    const Currents<T> i = iron_.currents(x.psi_s, x.psi_r);
     Iron<T> iron;
     Cx<T> v(v_given);
     T stator(1.0);
     Cx<T> asymmetry;
     each([&](const auto& law) {
-      law.magnetics(base_, x.psi_s, x.psi_r, i);
       law.iron(iron, at);
       law.stator_resistance(stator, at);
     });
@@ -134,6 +131,11 @@ class EffectMachine {
     return EffectLaws<T>(std::tuple_element_t<K, EffectLaws<T>>(shared_.data() + kSharedPlace[K],
                                                                 local_.data() + kLocalPlace[K])...);
   }
+  IronBends<T> bends() const {
+    IronBends<T> out;
+    each([&](const auto& law) { law.bend(out); });
+    return out;
+  }
   template <class Visit>
   void each(Visit&& visit) const {
     std::apply([&](const auto&... law) { (visit(law), ...); }, laws_);
@@ -142,8 +144,8 @@ class EffectMachine {
   SharedVector<T> shared_;
   LocalVector<T> local_;
   MachineParameters<T> base_;
-  T inverse_leakage_, inverse_magnetizing_;
   EffectLaws<T> laws_;
+  SaturatedIron<T> iron_;
   T rise_{};
   T corner_{};
   bool layered_ = false;

@@ -1,13 +1,8 @@
 #pragma once
-// Leakage saturation: the tips of the teeth saturate with the current that passes them.
-//   psi_y = psi_s - (1 + place L_l/L_m) psi_r,   i_y = g(|psi_y|) psi_y / L_l   (saturation_law.h)
-// place = 0: the stator's leakage, which carries the stator current as the whole leakage of the inverse-gamma
-// circuit does; place = 1: the rotor's (all leakage behind the main flux), which carries the rotor current.
-// Added to the gradients of the energy.
+// Leakage saturation: the tips of the teeth saturate with the current that passes them. The law is
+// saturation_law.h, where it sits in the circuit saturated_iron.h.
 
-#include "estimators/model/base_machine.h"
 #include "estimators/model/effects/effect.h"
-#include "estimators/model/effects/saturation_law.h"
 
 namespace imrig::est {
 
@@ -15,23 +10,24 @@ template <class T>
 class LeakageSaturation : public EffectLaw<T> {
  public:
   static constexpr double kExponents[] = {1.0, 2.0, 4.0};
-  static constexpr double kPlaces[] = {0.0, 0.0, 1.0};
+  static constexpr double kSides[] = {0.0, 0.0, 1.0};
   static constexpr EffectParameter kShared[] = {
       {"extra", "1", Role::kAmplitude, 0.0, 0.0, 20.0, 0.02},
       {"exponent", "1", Role::kShape, 2.0, 0.5, 10.0, 1.0, kExponents},
-      {"place", "1", Role::kShape, 0.0, 0.0, 1.0, 0.5, kPlaces},
-      {"settling", "1", Role::kShape, 0.0, 0.0, 50.0, 0.5},
+      {"rotor_share", "1", Role::kShape, 0.0, 0.01, 0.99, 0.5, kSides, false, 0.5},
+      {"bend", "1", Role::kShape, 0.0, 0.1, 10.0, 0.2, {}, false, 1.0},
       {"psi_ref_Wb", "Wb", Role::kConstant, 0.1, 1e-6, 1e6, 0.1}};
   static constexpr std::size_t kForm0[] = {0, 1};
   static constexpr std::size_t kForm1[] = {0, 1, 3};
   static constexpr std::size_t kForm2[] = {0, 1, 2, 3};
   static constexpr EffectForm kForms[] = {{"power law", kForm0, false, false},
-                                          {"settling law", kForm1, false, true},
-                                          {"settling law, placed", kForm2, false, true}};
+                                          {"two slopes", kForm1, false, true},
+                                          {"two slopes, both sides", kForm2, false, true}};
   static constexpr EffectInfo kInfo = {
       "leakage_saturation",
       "The leakage paths saturate: the leakage inductance falls at high current",
-      "i = psi_l (1 + extra (|psi_l|/psi_ref)^n) / L_l",
+      "i = psi_l (1 + extra (|psi_l|/psi_ref)^n) / L_l; two slopes: it levels off beyond the knee "
+      "psi_ref/bend",
       "Lipo and Consoli 1984, IEEE Trans. Industry Applications; Proca and Keyhani 2002 (L_l against I)",
       "locked-like test at one frequency with the current swept to several times rated",
       Needs::kAnything,
@@ -40,14 +36,10 @@ class LeakageSaturation : public EffectLaw<T> {
 
   LeakageSaturation(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
 
-  void magnetics(const MachineParameters<T>& base, const Cx<T>& psi_s, const Cx<T>& psi_r,
-                 Currents<T>& i) const {
-    if (!active_) return;
-    const T weight = 1.0 + p_[2] * base.L_l / base.L_m;
-    const Cx<T> psi = psi_s - scaled(weight, psi_r);
-    const Cx<T> extra = scaled(saturation_share(psi, p_[0], p_[1], p_[3], p_[4]) / base.L_l, psi);
-    i.stator = i.stator + extra;
-    i.rotor = i.rotor + scaled(weight, extra);
+  void bend(IronBends<T>& bends) const {
+    bends.leakage = {p_[0], p_[1], p_[3], p_[4]};
+    bends.rotor_share = p_[2];
+    bends.leakage_live = active_;
   }
 
  private:

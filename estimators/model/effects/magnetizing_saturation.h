@@ -1,14 +1,10 @@
 #pragma once
-// Main-flux saturation: the iron takes more than its linear current.
-//   psi_x = place psi_r + (1 - place) psi_s,   i_x = g(|psi_x|) psi_x / L_m   (saturation_law.h)
-// added to the gradients of the energy: (1 - place) i_x to the stator, place i_x against the rotor. place = 1
-// is saturation by the rotor flux (Proca and Keyhani 2002), 0 by the stator flux, between them by the air-gap
+// Main-flux saturation: the iron takes more than its linear current (saturation_law.h). place = 1 is
+// saturation by the rotor flux (Proca and Keyhani 2002), 0 by the stator flux, between them by the air-gap
 // flux of a T circuit: its saturating branch sees a fixed combination of psi_s and psi_r, so every split of
-// the leakage is covered.
+// the leakage is covered (saturated_iron.h).
 
-#include "estimators/model/base_machine.h"
 #include "estimators/model/effects/effect.h"
-#include "estimators/model/effects/saturation_law.h"
 
 namespace imrig::est {
 
@@ -21,18 +17,18 @@ class MagnetizingSaturation : public EffectLaw<T> {
       {"extra", "1", Role::kAmplitude, 0.0, 0.0, 20.0, 0.02},
       {"exponent", "1", Role::kShape, 6.0, 1.0, 16.0, 1.0, kExponents},
       {"place", "1", Role::kShape, 0.5, 0.0, 1.0, 0.2, kPlaces},
-      {"settling", "1", Role::kShape, 0.0, 0.0, 10.0, 0.2},
+      {"bend", "1", Role::kShape, 0.0, 0.1, 10.0, 0.2, {}, false, 1.0},
       {"psi_ref_Wb", "Wb", Role::kConstant, 0.5, 1e-6, 1e6, 0.1}};
   static constexpr std::size_t kForm0[] = {0, 1};
   static constexpr std::size_t kForm1[] = {0, 1, 2};
   static constexpr std::size_t kForm2[] = {0, 1, 2, 3};
   static constexpr EffectForm kForms[] = {{"power law", kForm0, false, false},
                                           {"power law, placed", kForm1, false, true},
-                                          {"settling law, placed", kForm2, false, true}};
+                                          {"two slopes, placed", kForm2, false, true}};
   static constexpr EffectInfo kInfo = {
       "magnetizing_saturation",
       "The iron of the main flux saturates: the magnetizing current grows faster than the flux",
-      "i_m = psi (1 + extra (|psi|/psi_ref)^n) / L_m",
+      "i_m = psi (1 + extra (|psi|/psi_ref)^n) / L_m; two slopes: it levels off beyond the knee psi_ref/bend",
       "Levi 1995, IEEE Trans. Energy Conversion; Proca and Keyhani 2002 (L_m against I_d)",
       "no-load voltage sweep, 20 to 120 % of rated flux at one frequency",
       Needs::kAnything,
@@ -41,13 +37,10 @@ class MagnetizingSaturation : public EffectLaw<T> {
 
   MagnetizingSaturation(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
 
-  void magnetics(const MachineParameters<T>& base, const Cx<T>& psi_s, const Cx<T>& psi_r,
-                 Currents<T>& i) const {
-    if (!active_) return;
-    const Cx<T> psi = psi_r + scaled(1.0 - p_[2], psi_s - psi_r);
-    const Cx<T> extra = scaled(saturation_share(psi, p_[0], p_[1], p_[3], p_[4]) / base.L_m, psi);
-    i.stator = i.stator + scaled(1.0 - p_[2], extra);
-    i.rotor = i.rotor - scaled(p_[2], extra);
+  void bend(IronBends<T>& bends) const {
+    bends.main = {p_[0], p_[1], p_[3], p_[4]};
+    bends.place = p_[2];
+    bends.main_live = active_;
   }
 
  private:

@@ -1,24 +1,58 @@
 #pragma once
 // The curve that both saturations use: what a flux of length |psi| adds to the current of a linear
 // inductance, relative to that current,
-//   g(u) = extra u^n (1 + c) / (1 + c u^n),  u = |psi| / psi_ref
-// extra is the share at the reference flux; n sets how sharply the knee comes; c > 0 lets the slope settle
-// beyond it (g -> extra (1 + c) / c). The current g(u) psi / L is the gradient of an energy that grows with
+//   g(u) = extra s(u) / s(1),  s(u) = 1 - (1 + (b u)^n)^(-1/n),  u = |psi| / psi_ref
+// Iron and air in parallel slots or in series: up to the knee psi_ref/b the iron takes next to nothing,
+// beyond it its own flux stays and the rest goes through air, so the current runs along a second, steeper
+// line. n sets how sharply it bends, extra is the share at the reference flux. b -> 0 puts the knee out of
+// reach: the power law extra u^n. The current g(u) psi / L is the gradient of an energy that grows with
 // |psi|, so a circuit composed of such curves neither makes nor loses energy.
 
 #include <cmath>
 
 #include "estimators/model/complex_pair.h"
+#include "estimators/model/effects/scalar.h"
 
 namespace imrig::est {
 
 template <class T>
-T saturation_share(const Cx<T>& psi, const T& extra, const T& exponent, const T& settling, const T& psi_ref) {
-  using std::exp;
-  using std::log;
-  const T u2 = norm(psi) / (psi_ref * psi_ref) + 1e-12;
-  const T power = exp(0.5 * exponent * log(u2));
-  return extra * power * (1.0 + settling) / (1.0 + settling * power);
-}
+struct SaturationCurve {
+  T extra{}, exponent{1.0}, bend{}, psi_ref_Wb{1.0};
+
+  T share(const Cx<T>& psi) const {
+    const T power = power_of(norm(psi) / (psi_ref_Wb * psi_ref_Wb) + kLeast);
+    if (value_of(bend) == 0.0) return extra * power;
+    const T knee = power_of(bend * bend);
+    return extra * power * levelled(T(knee * power)) / levelled(knee);
+  }
+
+  // d share / d |psi|^2, 1/Wb^2
+  T slope(const Cx<T>& psi) const {
+    using std::exp;
+    using std::log1p;
+    const T ref2 = psi_ref_Wb * psi_ref_Wb, u2 = norm(psi) / ref2 + kLeast, power = power_of(u2);
+    const T steep = 0.5 * exponent * extra * power / (u2 * ref2);
+    if (value_of(bend) == 0.0) return steep;
+    const T knee = power_of(bend * bend);
+    return steep / levelled(knee) * exp(-(1.0 / exponent + 1.0) * log1p(knee * power));
+  }
+
+ private:
+  static constexpr double kLeast = 1e-12;  // of u^2: no logarithm of nothing
+  static constexpr double kSeries = 1e-7;
+
+  T power_of(const T& squared) const {
+    using std::exp;
+    using std::log;
+    return exp(0.5 * exponent * log(squared));
+  }
+  // n s / (b u)^n with y = (b u)^n: 1 at y = 0.
+  T levelled(const T& y) const {
+    using std::expm1;
+    using std::log1p;
+    if (value_of(y) < kSeries) return 1.0 - 0.5 * y * (1.0 + 1.0 / exponent);
+    return -expm1(-log1p(y) / exponent) * exponent / y;
+  }
+};
 
 }  // namespace imrig::est

@@ -32,14 +32,14 @@ enum class RotorResistanceStatus {
   kImplausible      // less than a third or more than three times the model's: the speed or the model is wrong
 };
 
-// What saturation adds to the current of a linear L_m, relative to it: extra u^n (1 + c)/(1 + c u^n), u = |psi|/psi_ref.
+// What saturation adds to the current of a linear L_m, relative to it (saturation_law.h).
 struct MagneticCurve {
   double extra = 0.0;  // 0: none
-  double exponent = 6.0, place = 1.0, settling = 0.0, psi_ref_Wb = 0.5;
+  double exponent = 6.0, place = 1.0, bend = 0.0, psi_ref_Wb = 0.5;
 
   // What the flux of the saturating branch adds to the linear current, relative to it.
   double share(std::complex<double> psi_x) const {
-    return saturation_share(Cx<double>(psi_x), extra, exponent, settling, psi_ref_Wb);
+    return SaturationCurve<double>{extra, exponent, bend, psi_ref_Wb}.share(Cx<double>(psi_x));
   }
 };
 

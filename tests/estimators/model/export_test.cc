@@ -35,7 +35,7 @@ Model saturated() {
   ActiveEffect effect;
   effect.name = "magnetizing_saturation";
   for (const auto& [name, value] : std::map<std::string, double>{
-           {"extra", 0.8}, {"exponent", 6.0}, {"place", 1.0}, {"settling", 0.0}, {"psi_ref_Wb", 0.5}})
+           {"extra", 0.8}, {"exponent", 6.0}, {"place", 1.0}, {"bend", 0.0}, {"psi_ref_Wb", 0.5}})
     effect.parameters[name].value = value;
   m.effects.push_back(effect);
   return m;

@@ -36,7 +36,7 @@ est::Parameter parameter(double value, const char* unit) {
   return {value, value * (1.0 - kDoubt), value * (1.0 + kDoubt), unit, "truth"};
 }
 
-// Logarithms: R_r, L_l, L_m, extra, exponent, leakage extra, k_6, eddy, hysteresis.
+// Logarithms: R_r, L_l, L_m, extra, exponent, leakage extra, k_6, eddy, hysteresis, bend.
 using Vector = Eigen::VectorXd;
 constexpr int kUnknowns = 10;
 
@@ -55,11 +55,11 @@ est::Model model_of(const Vector& x, double R_s_ohm, int pole_pairs, double cold
   m.L_m = p(2, "H");
   m.R_s_stator_C = cold_C;
   m.effects.push_back({"magnetizing_saturation",
-                       "settling law, placed",
+                       "two slopes, placed",
                        {{"extra", p(3, "1")},
                         {"exponent", p(4, "1")},
                         {"place", fixed(0.5, "1")},
-                        {"settling", p(9, "1")},
+                        {"bend", p(9, "1")},
                         {"psi_ref_Wb", fixed(psi_Wb, "Wb")}}});
   m.effects.push_back(
       {"leakage_saturation",
@@ -90,7 +90,7 @@ FittedModel fitted_model(const plant::PlantConfig& config, double rated_Hz, doub
   }
   const plant::InverseGamma start = plant::inverse_gamma_truth(config);
   Vector x(kUnknowns);
-  x << start.R_r_ohm, start.L_l_H, start.L_m_H, 0.3, 6.0, 0.1, 1e-4, 1e-3, 0.3, 0.2;
+  x << start.R_r_ohm, start.L_l_H, start.L_m_H, 0.3, 6.0, 0.1, 1e-4, 1e-3, 0.3, 1.0;
   x = x.array().log().matrix();
   const auto build = [&](const Vector& y) {
     return model_of(y, R_s_ohm, config.machine.pole_pairs, cold_C, psi_Wb, 30.0 * start.L_l_H);
