@@ -7,6 +7,7 @@
 #include <memory>
 #include <set>
 
+#include "estimators/diagnose/missing/neutral_amplitude.h"
 #include "estimators/diagnose/missing/parts.h"
 #include "estimators/diagnose/missing/unexplained.h"
 #include "estimators/fit/global/driven_record.h"
@@ -234,21 +235,6 @@ double share_left(const GlobalProblem& problem, const Diagnosis& d) {
 
 // A value for each record that follows what the motor does at that moment is no heat.
 bool follows(const ValuePattern& p) { return p.share > kFollows && p.share > p.by_heat + kFollowsMore; }
-
-// What was accepted may end with an amplitude that could as well be neutral: its shape takes the place of
-// something else, and it explains nothing.
-bool may_be_neutral(const WorkingModel& model, const Candidate& candidate) {
-  double most = 0.0;
-  bool any = false;
-  for (const std::size_t e : shared_entries(candidate)) {
-    const EffectParameter& p = shared_parameter(e);
-    const double sigma = model.sigma(e);
-    if (p.role != Role::kAmplitude || !(sigma > 0.0)) continue;
-    any = true;
-    most = std::max(most, std::abs(model.at.shared[e] - p.neutral) / sigma);
-  }
-  return any && most < kNormal975;
-}
 
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const SearchStep& first = d.search.steps.front();

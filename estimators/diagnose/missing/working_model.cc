@@ -14,6 +14,8 @@ namespace imrig::est {
 namespace {
 
 constexpr double kOffsetShare = 5e-4;  // of the largest current: no channel is better than that
+// No effect moves a base parameter further; where data leave one open, a misfit of another kind would.
+constexpr double kReach = 5.0;
 constexpr double kLagShare = 0.02;     // of a sample: nobody knows what the voltage does between samples
 
 std::size_t entry_named(const char* effect, const char* parameter) {
@@ -88,7 +90,7 @@ std::vector<std::size_t> local_entries(const Candidate& candidate) {
 }
 
 Freedom WorkingModel::freedom() const {
-  Freedom free{{0, 1, 2, 3}, {0, 1, 2, 3}};
+  Freedom free{{0, 1, 2, 3}, {0, 1, 2, 3}, kReach, came_with};
   for (const Candidate& c : active) {
     const auto shared = shared_entries(c), local = local_entries(c);
     free.shared.insert(free.shared.end(), shared.begin(), shared.end());
@@ -177,6 +179,7 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   }
   out.active = active_effects(model);
   out.at = problem.start(shared);
+  std::copy_n(shared.begin(), kBase, out.came_with.begin());
   if (model.R_s.found.starts_with("dc test") && std::isfinite(model.R_s.ci95_high)) {
     const double sigma = 0.5 * (model.R_s.ci95_high - model.R_s.ci95_low) / kNormal975;
     out.priors.push_back({0, model.R_s.value, std::max(sigma, 1e-4 * model.R_s.value)});

@@ -34,6 +34,7 @@ struct WorkingModel {
       nuisances;  // entries that are free inside their accuracy, unless their effect is active
   double common_gain = 0.0;  // declared sigma of the mean gain error, current against voltage
   std::vector<std::size_t> barred;  // effects that the user has ruled out
+  std::array<double, kBase> came_with{};  // base parameters of the model as it came
 
   Freedom freedom() const;
   std::vector<Prior> live_priors() const;  // without those of active effects

@@ -20,7 +20,7 @@ using Indices = std::vector<Eigen::Index>;
 Indices movable(const GlobalPoint& at, const Freedom& free, const Eigen::VectorXd& gradient) {
   Indices out;
   for (std::size_t m = 0; m < free.shared.size(); ++m) {
-    const Bounds b = bounds_of(free.shared[m]);
+    const Bounds b = free.bounds_of(free.shared[m]);
     const double x = at.shared[free.shared[m]];
     const double g = gradient[static_cast<Eigen::Index>(m)];
     if ((x <= b.low && g > 0.0) || (x >= b.high && g < 0.0)) continue;
@@ -64,7 +64,7 @@ Eigen::VectorXd step_of(const GlobalTerms& terms, const Indices& rows, double da
 GlobalPoint begun(GlobalPoint at, const Freedom& free) {
   for (const std::size_t e : free.shared) {
     if (e < kBase || shared_parameter(e).role != Role::kShape) continue;
-    const Bounds b = bounds_of(e);
+    const Bounds b = free.bounds_of(e);
     if (at.shared[e] < b.low || at.shared[e] > b.high) at.shared[e] = shared_parameter(e).start;
   }
   return at;
@@ -74,7 +74,7 @@ GlobalPoint moved(const GlobalPoint& from, const Freedom& free, const Eigen::Vec
   GlobalPoint to = from;
   for (std::size_t m = 0; m < free.shared.size(); ++m) {
     const std::size_t entry = free.shared[m];
-    const Bounds b = bounds_of(entry);
+    const Bounds b = free.bounds_of(entry);
     double x = from.shared[entry] + step[static_cast<Eigen::Index>(m)];
     if (entry < kBase) x = std::clamp(x, from.shared[entry] / 2.0, from.shared[entry] * 2.0);
     to.shared[entry] = std::clamp(x, b.low, b.high);
@@ -138,7 +138,7 @@ void add_intervals(const GlobalTerms& terms, GlobalFit& fit) {
   const Indices rows = movable(fit.at, fit.free, terms.gradient);
   fit.on_bound.assign(fit.free.shared.size(), false);
   for (std::size_t m = 0; m < fit.free.shared.size(); ++m) {
-    const Bounds b = bounds_of(fit.free.shared[m]);
+    const Bounds b = fit.free.bounds_of(fit.free.shared[m]);
     const double x = fit.at.shared[fit.free.shared[m]];
     fit.on_bound[m] = x <= b.low || x >= b.high;
   }
@@ -166,10 +166,11 @@ void add_intervals(const GlobalTerms& terms, GlobalFit& fit) {
 
 }  // namespace
 
-Bounds bounds_of(std::size_t entry) {
-  if (entry < kBase) return {1e-9, 1e6};
-  const EffectParameter& p = shared_parameter(entry);
-  return {p.low, p.high};
+Bounds Freedom::bounds_of(std::size_t entry) const {
+  if (entry >= kBase) return {shared_parameter(entry).low, shared_parameter(entry).high};
+  const double start = base_start[entry];
+  if (!(start > 0.0)) return {1e-9, 1e6};
+  return {start / base_reach, start * base_reach};
 }
 
 std::string GlobalFit::caveat(std::size_t entry) const {

@@ -47,9 +47,4 @@ struct GlobalFitOptions {
 GlobalFit fit_global(const GlobalProblem& problem, const GlobalPoint& start, const Freedom& free,
                      const std::vector<std::size_t>& which, const GlobalFitOptions& options = {});
 
-struct Bounds {
-  double low, high;
-};
-Bounds bounds_of(std::size_t shared_entry);
-
 }  // namespace imrig::est

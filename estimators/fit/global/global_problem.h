@@ -24,9 +24,18 @@ struct GlobalPoint {
 };
 
 // What is free: entries of the shared vector, entries of each record's own vector.
+struct Bounds {
+  double low, high;
+};
+
 struct Freedom {
   std::vector<std::size_t> shared;
   std::vector<std::size_t> local;
+  double base_reach =
+      1e9;  // the base parameters stay within this factor of base_start, where that is positive
+  std::array<double, kBase> base_start{};
+
+  Bounds bounds_of(std::size_t shared_entry) const;
 };
 
 // Gaussian knowledge about an entry: value +- sigma.

@@ -89,9 +89,21 @@ struct Iron {
 // How the iron bends away from the linear circuit (saturated_iron.h).
 template <class T>
 struct IronBends {
-  SaturationCurve<T> main, leakage;
+  struct Law {
+    T extra{}, exponent{1.0}, bend{}, psi_ref_Wb{1.0};
+    SaturationCurve<T> curve() const { return {extra, exponent, bend, psi_ref_Wb}; }
+  };
+  Law main{}, leakage{};
   bool main_live = false, leakage_live = false;
   T place{}, rotor_share{};
+
+  IronBends<double> values() const {
+    const auto law = [](const Law& l) {
+      return IronBends<double>::Law{value_of(l.extra), value_of(l.exponent), value_of(l.bend),
+                                    value_of(l.psi_ref_Wb)};
+    };
+    return {law(main), law(leakage), main_live, leakage_live, value_of(place), value_of(rotor_share)};
+  }
 };
 
 // Identity of every hook.

@@ -16,25 +16,31 @@
 namespace imrig::est {
 
 template <class T>
-struct SaturationCurve {
-  T extra{}, exponent{1.0}, bend{}, psi_ref_Wb{1.0};
-
-  T share(const Cx<T>& psi) const {
-    const T power = power_of(norm(psi) / (psi_ref_Wb * psi_ref_Wb) + kLeast);
-    if (value_of(bend) == 0.0) return extra * power;
-    const T knee = power_of(bend * bend);
-    return extra * power * levelled(T(knee * power)) / levelled(knee);
+class SaturationCurve {
+ public:
+  SaturationCurve() = default;  // none
+  SaturationCurve(const T& extra, const T& exponent, const T& bend, const T& psi_ref_Wb)
+      : exponent_(exponent), inverse_ref2_(1.0 / (psi_ref_Wb * psi_ref_Wb)), bent_(value_of(bend) != 0.0) {
+    if (bent_) knee_ = power_of(bend * bend);
+    scale_ = bent_ ? T(extra / levelled(knee_)) : extra;
   }
 
-  // d share / d |psi|^2, 1/Wb^2
-  T slope(const Cx<T>& psi) const {
+  T share(const Cx<T>& psi) const {
+    const T power = power_of(norm(psi) * inverse_ref2_ + kLeast);
+    return bent_ ? T(scale_ * power * levelled(T(knee_ * power))) : T(scale_ * power);
+  }
+
+  struct Tangent {
+    T share, slope;  // slope: d share / d |psi|^2, 1/Wb^2
+  };
+  Tangent tangent(const Cx<T>& psi) const {
     using std::exp;
     using std::log1p;
-    const T ref2 = psi_ref_Wb * psi_ref_Wb, u2 = norm(psi) / ref2 + kLeast, power = power_of(u2);
-    const T steep = 0.5 * exponent * extra * power / (u2 * ref2);
-    if (value_of(bend) == 0.0) return steep;
-    const T knee = power_of(bend * bend);
-    return steep / levelled(knee) * exp(-(1.0 / exponent + 1.0) * log1p(knee * power));
+    const T u2 = norm(psi) * inverse_ref2_ + kLeast, power = power_of(u2);
+    const T steep = 0.5 * exponent_ * scale_ * power * inverse_ref2_ / u2;
+    if (!bent_) return {scale_ * power, steep};
+    const T y = knee_ * power;
+    return {scale_ * power * levelled(y), steep * exp(-(1.0 / exponent_ + 1.0) * log1p(y))};
   }
 
  private:
@@ -44,15 +50,19 @@ struct SaturationCurve {
   T power_of(const T& squared) const {
     using std::exp;
     using std::log;
-    return exp(0.5 * exponent * log(squared));
+    return exp(0.5 * exponent_ * log(squared));
   }
   // n s / (b u)^n with y = (b u)^n: 1 at y = 0.
   T levelled(const T& y) const {
     using std::expm1;
     using std::log1p;
-    if (value_of(y) < kSeries) return 1.0 - 0.5 * y * (1.0 + 1.0 / exponent);
-    return -expm1(-log1p(y) / exponent) * exponent / y;
+    if (value_of(y) < kSeries) return 1.0 - 0.5 * y * (1.0 + 1.0 / exponent_);
+    return -expm1(-log1p(y) / exponent_) * exponent_ / y;
   }
+
+  T exponent_{1.0}, inverse_ref2_{1.0};
+  bool bent_ = false;
+  T knee_{}, scale_{};
 };
 
 }  // namespace imrig::est

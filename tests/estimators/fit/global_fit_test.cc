@@ -169,7 +169,7 @@ TEST(GlobalFit, WhatLiesOnABoundOrIsNotDeterminedHasNoIntervalAndIsNamed) {
   const std::size_t extra = kSharedPlace[0], exponent = extra + 1;
   const Freedom free{{0, 1, 2, 3, extra, exponent}, {0, 1, 2, 3}};
   GlobalPoint start = problem.start(at(truth(motor)));
-  start.shared[extra] = bounds_of(extra).low;
+  start.shared[extra] = shared_parameter(extra).low;
   problem.settle(start, free.local, problem.all());
   std::size_t held = 0;
   for (const double R_s : {0.97, 1.0, 1.03}) {  // whichever sign the noise gives the share
@@ -178,7 +178,7 @@ TEST(GlobalFit, WhatLiesOnABoundOrIsNotDeterminedHasNoIntervalAndIsNamed) {
     const GlobalFit fit = fit_global(problem, from, free, problem.fitted());
     ASSERT_TRUE(std::isfinite(fit.chi2));
     for (std::size_t e = 0; e < 4; ++e) EXPECT_GT(fit.sigma(e), 0.0) << shared_name(e);
-    if (fit.at.shared[extra] > bounds_of(extra).low) continue;
+    if (fit.at.shared[extra] > shared_parameter(extra).low) continue;
     ++held;
     EXPECT_EQ(fit.caveat(extra), "on a bound of what it can be");
     EXPECT_EQ(fit.caveat(exponent), "not determined by these data");

@@ -40,7 +40,8 @@ TEST(SaturationCurve, SlopeIsThatOfDifferences) {
     for (const double psi : {0.05, 0.3, 0.5, 0.9}) {
       const double h = 1e-5 * psi;
       const double difference = (curve.share({psi + h, 0.0}) - curve.share({psi - h, 0.0})) / (4.0 * psi * h);
-      EXPECT_NEAR(curve.slope({psi, 0.0}), difference, 1e-7 * std::abs(difference)) << bend << " " << psi;
+      EXPECT_NEAR(curve.tangent({psi, 0.0}).slope, difference, 1e-7 * std::abs(difference))
+          << bend << " " << psi;
     }
   }
 }
@@ -78,11 +79,11 @@ TEST(SaturatedIron, TCircuitGivesTheCurrentsThatItsBranchesWereBuiltFrom) {
       const double of_r = b.L_ls / b.k;
       bends.place = of_r / (b.L_lr + of_r);
       const SaturatedIron<double> iron(kBase, bends);
-      SaturationCurve<double> s = bends.leakage, r = bends.leakage;
-      s.psi_ref_Wb = 60.0 * b.L_ls, r.psi_ref_Wb = 60.0 * b.L_lr;
+      const SaturationCurve<double> main_curve = bends.main.curve();
+      const SaturationCurve<double> s(0.8, 4.0, 3.0, 60.0 * b.L_ls), r(0.8, 4.0, 3.0, 60.0 * b.L_lr);
       for (const double size : {3.0, 20.0, 90.0}) {
         const Complex psi_m = std::polar(0.47, 0.3), i_s = std::polar(size, -0.6);
-        const double extra = main ? bends.main.share(Cx<double>(psi_m)) / kBase.L_m : 0.0;
+        const double extra = main ? main_curve.share(Cx<double>(psi_m)) / kBase.L_m : 0.0;
         const Complex i_r = psi_m * (1.0 / b.M + extra) - i_s;
         const Complex psi_s = psi_m + flux_of(b.L_ls, s, i_s),
                       psi_r = b.k * (psi_m + flux_of(b.L_lr, r, i_r));

@@ -240,7 +240,8 @@ TEST(BridgeProcess, TerminationLeavesTheGatesOff) {
     EXPECT_EQ(rig.bridge.wait(), 0);
     std::printf("signal %d to the end of the process: %lld ms\n", number,
                 static_cast<long long>((monotonic_us() - from_us) / 1000));
-    EXPECT_FALSE(rig.device.gates_on);
+    // The device's thread may still have the last frame to read.
+    EXPECT_TRUE(rig.gates_open_within(1'000));
     EXPECT_EQ(rig.device.trip, 0) << "ramped down, not tripped";
     rig.commander.until([] { return false; }, 100);
     EXPECT_EQ(rig.commander.heartbeat->state, heartbeat_t::STOPPING);

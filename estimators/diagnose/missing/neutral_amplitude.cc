@@ -1,0 +1,55 @@
+#include "estimators/diagnose/missing/neutral_amplitude.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "estimators/fit/student_t.h"
+#include "estimators/model/effects/registry.h"
+
+namespace imrig::est {
+
+namespace {
+
+using Rows = std::vector<Eigen::Index>;
+
+// Of unknown a, where those in `given` are known.
+double variance_given(const Eigen::MatrixXd& covariance, Eigen::Index a, const Rows& given) {
+  const auto n = static_cast<Eigen::Index>(given.size());
+  if (n == 0) return covariance(a, a);
+  Eigen::MatrixXd among(n, n);
+  Eigen::VectorXd with(n);
+  for (Eigen::Index r = 0; r < n; ++r) {
+    const double scale =
+        std::sqrt(covariance(given[static_cast<std::size_t>(r)], given[static_cast<std::size_t>(r)]));
+    with[r] = covariance(a, given[static_cast<std::size_t>(r)]) / scale;
+    for (Eigen::Index c = 0; c < n; ++c) {
+      const Eigen::Index i = given[static_cast<std::size_t>(r)], k = given[static_cast<std::size_t>(c)];
+      among(r, c) = covariance(i, k) / (scale * std::sqrt(covariance(k, k)));
+    }
+  }
+  return std::max(0.0, covariance(a, a) - with.dot(among.ldlt().solve(with)));
+}
+
+}  // namespace
+
+bool may_be_neutral(const WorkingModel& model, const Candidate& candidate) {
+  const GlobalFit& fit = model.fit;
+  Rows shapes, amplitudes;
+  for (std::size_t m = 0; m < fit.free.shared.size() && fit.covariance.size() > 0; ++m) {
+    const std::size_t e = fit.free.shared[m];
+    const auto row = static_cast<Eigen::Index>(m);
+    if (e < kBase || effect_of_shared(e) != candidate.effect || !(fit.sigma(e) > 0.0)) continue;
+    (shared_parameter(e).role == Role::kAmplitude ? amplitudes : shapes).push_back(row);
+  }
+  double most = 0.0;
+  for (const Eigen::Index a : amplitudes) {
+    const std::size_t e = fit.free.shared[static_cast<std::size_t>(a)];
+    const double away = std::abs(model.at.shared[e] - shared_parameter(e).neutral);
+    most = std::max(most, away * away / variance_given(fit.covariance, a, shapes));
+  }
+  return !amplitudes.empty() && most < kNormal975 * kNormal975;
+}
+
+}  // namespace imrig::est
