@@ -48,7 +48,7 @@ void enrich_all(const GlobalProblem& problem, Search& search) {
   const std::vector<Candidate> active = search.final.model.active;
   for (const Candidate& c : active) {
     Trial richer = enriched(problem, search.final, c.effect);
-    if (richer.left_out_chi2 >= search.final.left_out_chi2) continue;
+    if (richer.model.active == search.final.model.active) continue;
     search.final = std::move(richer);
     note_change(problem, search, "made " + name_of(c) + " richer: " + form_of(search.final.candidate).name,
                 name_of(c));
