@@ -401,6 +401,7 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
       throw Error("diagnose", "finds hold-out records only", "some must be fitted");
     WorkingModel start = working_model(*problem, model);
     start.barred = ruled_out(options.without);
+    keep_in_reach(model, start);
     out.ranked_among = kEffects - start.barred.size();
     out.search = search(*problem, start, {options.most_additions, options.report});
     return problem;
@@ -411,6 +412,12 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
   repeat_warnings(data, out);
+  const std::vector<std::string> far = at_the_end_of_reach(out.search.final.model);
+  if (!far.empty())
+    out.explanation.push_back(fmt::format(
+        "{} went as far from the model as a search lets it: these data leave it open, or the model "
+        "came with a wrong one; imrig identify {} first.",
+        listed(far), far.size() == 1 ? "it" : "them"));
   if (!cut.empty())
     out.explanation.push_back(fmt::format("Few records: {} {} cut into parts, which are judged like records.",
                                           listed(cut), cut.size() == 1 ? "was" : "were"));

@@ -82,6 +82,20 @@ est::ActiveEffect neutral_effect(const Options& options) {
   return effect;
 }
 
+// Shapes that the form free now and the one wanted does not go back to their usual values.
+void hold_what_goes(const est::EffectInfo& info, const std::string& wanted, est::ActiveEffect& effect) {
+  const auto free_in = [&](const std::string& name, std::size_t k) {
+    return std::any_of(info.forms.begin(), info.forms.end(), [&](const est::EffectForm& f) {
+      return f.name == name && std::find(f.shared.begin(), f.shared.end(), k) != f.shared.end();
+    });
+  };
+  for (std::size_t k = 0; k < info.shared.size(); ++k) {
+    const est::EffectParameter& p = info.shared[k];
+    if (p.role == est::Role::kShape && free_in(effect.form, k) && !free_in(wanted, k))
+      effect.parameters[p.name] = {p.neutral, kMissing, kMissing, p.unit, "neutral"};
+  }
+}
+
 est::Revision revision(const est::Model& model, const std::string& change) {
   est::Revision r;
   r.number = model.history.empty() ? 1 : model.history.back().number + 1;
@@ -111,7 +125,7 @@ void add(const Options& options) {
     if (options.form.empty() || options.form == same->form)
       throw Error("model " + options.model, "has the effect " + options.effect + " already",
                   "--form changes its form");
-    (void)neutral_effect(options);
+    hold_what_goes(known(options.effect), neutral_effect(options).form, *same);
     same->form = options.form;
     save(std::move(model), options, options.effect + " as " + options.form);
     return;

@@ -12,6 +12,8 @@ namespace imrig::est {
 
 namespace {
 
+constexpr double kLeastShare = 1e-6;  // of a variance: what is less is rounding
+
 using Rows = std::vector<Eigen::Index>;
 
 // Of unknown a, where those in `given` are known.
@@ -37,19 +39,24 @@ double variance_given(const Eigen::MatrixXd& covariance, Eigen::Index a, const R
 bool may_be_neutral(const WorkingModel& model, const Candidate& candidate) {
   const GlobalFit& fit = model.fit;
   Rows shapes, amplitudes;
+  bool any = false;
   for (std::size_t m = 0; m < fit.free.shared.size() && fit.covariance.size() > 0; ++m) {
     const std::size_t e = fit.free.shared[m];
     const auto row = static_cast<Eigen::Index>(m);
-    if (e < kBase || effect_of_shared(e) != candidate.effect || !(fit.sigma(e) > 0.0)) continue;
+    if (e < kBase || effect_of_shared(e) != candidate.effect) continue;
+    if (shared_parameter(e).role == Role::kAmplitude) any = true;
+    if (!(fit.sigma(e) > 0.0)) continue;  // on a bound, or not determined
     (shared_parameter(e).role == Role::kAmplitude ? amplitudes : shapes).push_back(row);
   }
   double most = 0.0;
   for (const Eigen::Index a : amplitudes) {
     const std::size_t e = fit.free.shared[static_cast<std::size_t>(a)];
     const double away = std::abs(model.at.shared[e] - shared_parameter(e).neutral);
-    most = std::max(most, away * away / variance_given(fit.covariance, a, shapes));
+    const double variance =
+        std::max(variance_given(fit.covariance, a, shapes), kLeastShare * fit.covariance(a, a));
+    most = std::max(most, away * away / variance);
   }
-  return !amplitudes.empty() && most < kNormal975 * kNormal975;
+  return any && most < kNormal975 * kNormal975;
 }
 
 }  // namespace imrig::est

@@ -136,7 +136,7 @@ WorkingModel without(const WorkingModel& model, std::size_t effect) {
   WorkingModel next = model;
   std::erase_if(next.active, [&](const Candidate& c) { return c.effect == effect; });
   for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
-    if (shared_parameter(e).role == Role::kAmplitude) next.at.shared[e] = shared_parameter(e).neutral;
+    if (shared_parameter(e).role != Role::kConstant) next.at.shared[e] = shared_parameter(e).neutral;
   }
   forget_local(effect, next);
   return next;

@@ -13,9 +13,8 @@ namespace imrig::est {
 
 namespace {
 
+constexpr double kReach = 5.0, kReachOfGuess = 30.0;  // keep_in_reach
 constexpr double kOffsetShare = 5e-4;  // of the largest current: no channel is better than that
-// No effect moves a base parameter further; where data leave one open, a misfit of another kind would.
-constexpr double kReach = 5.0;
 constexpr double kLagShare = 0.02;     // of a sample: nobody knows what the voltage does between samples
 
 std::size_t entry_named(const char* effect, const char* parameter) {
@@ -90,7 +89,7 @@ std::vector<std::size_t> local_entries(const Candidate& candidate) {
 }
 
 Freedom WorkingModel::freedom() const {
-  Freedom free{{0, 1, 2, 3}, {0, 1, 2, 3}, kReach, came_with};
+  Freedom free{{0, 1, 2, 3}, {0, 1, 2, 3}, base_reach};
   for (const Candidate& c : active) {
     const auto shared = shared_entries(c), local = local_entries(c);
     free.shared.insert(free.shared.end(), shared.begin(), shared.end());
@@ -179,7 +178,6 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   }
   out.active = active_effects(model);
   out.at = problem.start(shared);
-  std::copy_n(shared.begin(), kBase, out.came_with.begin());
   if (model.R_s.found.starts_with("dc test") && std::isfinite(model.R_s.ci95_high)) {
     const double sigma = 0.5 * (model.R_s.ci95_high - model.R_s.ci95_low) / kNormal975;
     out.priors.push_back({0, model.R_s.value, std::max(sigma, 1e-4 * model.R_s.value)});
@@ -191,6 +189,24 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   admit("voltage_lag", kLagShare * problem.sample_time_s(), out);
   admit("current_offset", kOffsetShare * problem.largest_current_A(), out);
   admit("current_gain", accuracy.current_gain * std::sqrt(2.0 / 3.0), out);
+  return out;
+}
+
+void keep_in_reach(const Model& model, WorkingModel& working) {
+  for (std::size_t k = 0; k < kBase; ++k) {
+    const Parameter& came = model.*base_parameters()[k].place;
+    const double reach = std::isfinite(came.ci95_high) || is_start(came) ? kReach : kReachOfGuess;
+    if (came.value > 0.0) working.base_reach[k] = {came.value / reach, came.value * reach};
+  }
+}
+
+std::vector<std::string> at_the_end_of_reach(const WorkingModel& working) {
+  std::vector<std::string> out;
+  for (std::size_t k = 0; k < kBase; ++k) {
+    const double x = working.at.shared[k];
+    if (x <= working.base_reach[k].low || x >= working.base_reach[k].high)
+      out.push_back(base_parameters()[k].name);
+  }
   return out;
 }
 

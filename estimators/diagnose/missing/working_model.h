@@ -34,7 +34,7 @@ struct WorkingModel {
       nuisances;  // entries that are free inside their accuracy, unless their effect is active
   double common_gain = 0.0;  // declared sigma of the mean gain error, current against voltage
   std::vector<std::size_t> barred;  // effects that the user has ruled out
-  std::array<double, kBase> came_with{};  // base parameters of the model as it came
+  std::array<Bounds, kBase> base_reach = Freedom{}.base;  // where a search lets the base parameters go
 
   Freedom freedom() const;
   std::vector<Prior> live_priors() const;  // without those of active effects
@@ -53,6 +53,14 @@ std::vector<Candidate> active_effects(const Model& model);
 
 // From a model: its effects in their forms, references filled in from the data where the model has none.
 WorkingModel working_model(const GlobalProblem& problem, const Model& model);
+
+// Keeps the base parameters within five times what the model came with (identify's rough starts are as near
+// as that), thirty times where somebody gave it without an interval. No effect moves them further; where data
+// leave one open, a misfit of another kind would.
+void keep_in_reach(const Model& model, WorkingModel& working);
+
+// "R_r", ... that ended where the reach does.
+std::vector<std::string> at_the_end_of_reach(const WorkingModel& working);
 
 // References (flux, leakage flux) of all effects that take theirs from the data.
 void fill_references(const GlobalProblem& problem, SharedVector<double>& shared);

@@ -60,12 +60,16 @@ Eigen::VectorXd step_of(const GlobalTerms& terms, const Indices& rows, double da
   return step;
 }
 
-// A shape that a plainer form held outside its bounds begins where its owner says.
+// A shape that a plainer form held outside its bounds begins where the effect says.
 GlobalPoint begun(GlobalPoint at, const Freedom& free) {
   for (const std::size_t e : free.shared) {
     if (e < kBase || shared_parameter(e).role != Role::kShape) continue;
+    const EffectParameter& p = shared_parameter(e);
     const Bounds b = free.bounds_of(e);
-    if (at.shared[e] < b.low || at.shared[e] > b.high) at.shared[e] = shared_parameter(e).start;
+    double& x = at.shared[e];
+    if (x >= b.low && x <= b.high) continue;
+    const bool held = x == p.neutral || std::find(p.scan.begin(), p.scan.end(), x) != p.scan.end();
+    x = held ? p.start : std::clamp(x, b.low, b.high);
   }
   return at;
 }
@@ -167,10 +171,8 @@ void add_intervals(const GlobalTerms& terms, GlobalFit& fit) {
 }  // namespace
 
 Bounds Freedom::bounds_of(std::size_t entry) const {
-  if (entry >= kBase) return {shared_parameter(entry).low, shared_parameter(entry).high};
-  const double start = base_start[entry];
-  if (!(start > 0.0)) return {1e-9, 1e6};
-  return {start / base_reach, start * base_reach};
+  if (entry < kBase) return base[entry];
+  return {shared_parameter(entry).low, shared_parameter(entry).high};
 }
 
 std::string GlobalFit::caveat(std::size_t entry) const {

@@ -23,17 +23,15 @@ struct GlobalPoint {
   std::vector<LocalVector<double>> local;  // one an entry of the problem
 };
 
-// What is free: entries of the shared vector, entries of each record's own vector.
 struct Bounds {
   double low, high;
 };
 
+// What is free: entries of the shared vector, entries of each record's own vector.
 struct Freedom {
   std::vector<std::size_t> shared;
   std::vector<std::size_t> local;
-  double base_reach =
-      1e9;  // the base parameters stay within this factor of base_start, where that is positive
-  std::array<double, kBase> base_start{};
+  std::array<Bounds, kBase> base{{{1e-9, 1e6}, {1e-9, 1e6}, {1e-9, 1e6}, {1e-9, 1e6}}};
 
   Bounds bounds_of(std::size_t shared_entry) const;
 };

@@ -33,6 +33,27 @@ Range range_of(const EffectParameter& p) {
   return range;
 }
 
+// Shapes that this library had before: read where they were without effect.
+struct Retired {
+  const char* effect;
+  const char* parameter;
+};
+constexpr Retired kRetired[] = {{"magnetizing_saturation", "settling"},
+                                {"leakage_saturation", "settling"},
+                                {"leakage_saturation", "place"}};
+
+void check_retired(const ConfigReader& parameters, const ActiveEffect& effect,
+                   ParameterReader read_parameter) {
+  for (const Retired& old : kRetired) {
+    if (effect.name != old.effect) continue;
+    const auto one = parameters.table_if(old.parameter);
+    if (!one || read_parameter(*one, {0.0, 50.0}).value == 0.0) continue;
+    parameters.fail(
+        old.parameter, "is of a law that this imrig does not know any more",
+        fmt::format("delete this [[effect]] from the file, then: imrig model add FILE {}", effect.name));
+  }
+}
+
 }  // namespace
 
 ActiveEffect read_effect(const ConfigReader& table, ParameterReader read_parameter) {
@@ -47,6 +68,7 @@ ActiveEffect read_effect(const ConfigReader& table, ParameterReader read_paramet
   check_form(table, effect, info);
   const auto parameters = table.table_if("parameters");
   if (!parameters) return effect;
+  check_retired(*parameters, effect, read_parameter);
   for (const EffectParameter& p : info.shared) {
     const auto one = parameters->table_if(p.name);
     if (!one) continue;

@@ -26,8 +26,9 @@ class LeakageSaturation : public EffectLaw<T> {
   static constexpr EffectInfo kInfo = {
       "leakage_saturation",
       "The leakage paths saturate: the leakage inductance falls at high current",
-      "i = psi_l (1 + extra (|psi_l|/psi_ref)^n) / L_l; two slopes: it levels off beyond the knee "
-      "psi_ref/bend",
+      "i = psi_l (1 + extra s(u)/s(1)) / L_l, u = |psi_l|/psi_ref; s = u^n, or with a bend 1 - (1 + (bend "
+      "u)^n)^(-1/n); "
+      "rotor_share of L_l on the rotor's side",
       "Lipo and Consoli 1984, IEEE Trans. Industry Applications; Proca and Keyhani 2002 (L_l against I)",
       "locked-like test at one frequency with the current swept to several times rated",
       Needs::kAnything,

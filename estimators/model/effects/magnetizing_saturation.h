@@ -28,7 +28,8 @@ class MagnetizingSaturation : public EffectLaw<T> {
   static constexpr EffectInfo kInfo = {
       "magnetizing_saturation",
       "The iron of the main flux saturates: the magnetizing current grows faster than the flux",
-      "i_m = psi (1 + extra (|psi|/psi_ref)^n) / L_m; two slopes: it levels off beyond the knee psi_ref/bend",
+      "i_m = psi (1 + extra s(u)/s(1)) / L_m, u = |psi|/psi_ref; s = u^n, or with a bend 1 - (1 + (bend "
+      "u)^n)^(-1/n)",
       "Levi 1995, IEEE Trans. Energy Conversion; Proca and Keyhani 2002 (L_m against I_d)",
       "no-load voltage sweep, 20 to 120 % of rated flux at one frequency",
       Needs::kAnything,

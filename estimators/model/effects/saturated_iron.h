@@ -3,7 +3,7 @@
 // nothing is made or lost on a round trip. Beside the linear circuit each saturating branch sees a fixed
 // combination of psi_s and psi_r:
 //   main      psi_x = place psi_r + (1 - place) psi_s            i_x = g(|psi_x|) psi_x / L_m
-//   leakage   psi_y = psi_s - (1 + rotor_share L_l/L_m) psi_r     i_y = g(|psi_y|) psi_y / L_l
+//   leakage   psi_y = psi_s - w psi_r,  w = 1 + rotor_share L_l/L_m     i_y = g(|psi_y|) psi_y / (w L_l)
 // This is exact where one branch saturates by itself. rotor_share = 0: the stator's leakage, which carries
 // the stator current as the whole leakage of the inverse-gamma circuit does; 1: all leakage behind the main
 // flux, which carries the rotor current; between them both sides saturate (t_circuit.h).
@@ -25,7 +25,11 @@ class SaturatedIron {
         place_(bends.place),
         leakage_weight_(1.0 + bends.rotor_share * base.L_l / base.L_m) {
     if (main_live_) main_ = bends.main.curve();
-    if (leakage_live_) leakage_ = bends.leakage.curve();
+    if (leakage_live_) {
+      auto law = bends.leakage;
+      law.psi_ref_Wb = law.psi_ref_Wb * leakage_weight_;  // at the same current
+      leakage_ = law.curve();
+    }
     const double share = value_of(bends.rotor_share);
     both_sides_ = leakage_live_ && share > 0.0 && share < 1.0;
     if (both_sides_) t_circuit_ = TCircuit<T>(base, bends);
@@ -45,7 +49,7 @@ class SaturatedIron {
     }
     if (leakage_live_) {
       const Cx<T> psi = psi_s - scaled(leakage_weight_, psi_r);
-      const Cx<T> extra = scaled(leakage_.share(psi) * inverse_leakage_, psi);
+      const Cx<T> extra = scaled(leakage_.share(psi) * inverse_leakage_ / leakage_weight_, psi);
       i.stator = i.stator + extra;
       i.rotor = i.rotor + scaled(leakage_weight_, extra);
     }

@@ -2,11 +2,11 @@
 // The curve that both saturations use: what a flux of length |psi| adds to the current of a linear
 // inductance, relative to that current,
 //   g(u) = extra s(u) / s(1),  s(u) = 1 - (1 + (b u)^n)^(-1/n),  u = |psi| / psi_ref
-// Iron and air in parallel slots or in series: up to the knee psi_ref/b the iron takes next to nothing,
-// beyond it its own flux stays and the rest goes through air, so the current runs along a second, steeper
-// line. n sets how sharply it bends, extra is the share at the reference flux. b -> 0 puts the knee out of
-// reach: the power law extra u^n. The current g(u) psi / L is the gradient of an energy that grows with
-// |psi|, so a circuit composed of such curves neither makes nor loses energy.
+// Up to the knee psi_ref/b the iron asks for next to no current; beyond it the iron's flux stays and the
+// rest goes through air, so the current runs along a second, steeper line. n sets how sharply it bends, extra
+// is the share at the reference flux. b -> 0 puts the knee out of reach: the power law extra u^n. The current
+// g(u) psi / L is the gradient of an energy that grows with |psi|, so a circuit composed of such curves
+// neither makes nor loses energy.
 
 #include <cmath>
 

@@ -1,8 +1,11 @@
 #pragma once
 // The T circuit whose leakage saturates on both sides, 0 < rotor_share < 1, which splits L_l:
 //   M = L_m + rotor_share L_l,  L_ls = (1 - rotor_share) L_l,  L_lr = M rotor_share L_l / L_m,  k = L_m / M
-//   W = min over psi_m of E_s(psi_s - psi_m) + E_r(psi_r/k - psi_m) + |psi_m|^2/(2 M) + E_x(psi_m + d (psi_s
-//   - psi_r)) i_s = dW/dpsi_s,  i_r = -dW/dpsi_r (into the rotor's resistance)
+//   W = min over psi_m of E_s(psi_s - psi_m) + E_r(psi_r/k - psi_m) + |psi_m|^2/(2 M) + E_x(psi_x),
+//   psi_x = psi_m + d (psi_s - psi_r)
+//
+//   i_s = dW/dpsi_s,  i_r = -dW/dpsi_r (into the rotor's resistance)
+//
 // Both leakages bend at the same current. E_x is what the main flux adds beyond its linear current; d is the
 // difference between the place where it saturates and the node's. The node's flux is solved by Newton's
 // method for values; one more step from there carries the derivatives (implicit function theorem). Source:
@@ -135,6 +138,7 @@ class TCircuit {
       if (b.main_live)
         there.extra = add(0.0, b.inverse_magnetizing, b.main, node.psi_m + apart, 1.0, residual);
       const double size = norm(residual);
+      if (!std::isfinite(size)) break;
       if (size > last) {
         step = scaled(0.5, step);
         node.psi_m = node.psi_m + step;

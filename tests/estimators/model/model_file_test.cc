@@ -133,6 +133,31 @@ TEST(ModelFileTest, AnEffectNobodyKnowsIsRefusedByName) {
               HasSubstr("gremlins"));
 }
 
+// A shape that the library had before reads where it bent nothing, and is refused where it did.
+TEST(ModelFileTest, ARetiredShapeIsReadAtItsNeutralValueOnly) {
+  const auto saturated = [](double settling) {
+    return to_toml(full_model()) +
+           "\n[[effect]]\nname = \"magnetizing_saturation\"\nform = \"power law\"\n"
+           "[effect.parameters.extra]\nvalue = 0.5\nunit = \"1\"\nfound = \"fit\"\n"
+           "[effect.parameters.settling]\nvalue = " +
+           std::to_string(settling) + "\nunit = \"1\"\nfound = \"fit\"\n";
+  };
+  EXPECT_EQ(complaint_about(saturated(0.0)), "no complaint");
+  EXPECT_THAT(complaint_about(saturated(1.5)), HasSubstr("settling"));
+  EXPECT_THAT(complaint_about(saturated(1.5)), HasSubstr("model add"));
+}
+
+// At the ends of the split leakage saturates on one side only, where no search of the form goes.
+TEST(ModelFileTest, ShapesHeldOutsideASearchsBoundsAreRead) {
+  const std::string text = to_toml(full_model()) +
+                           "\n[[effect]]\nname = \"leakage_saturation\"\nform = \"power law\"\n"
+                           "[effect.parameters.rotor_share]\nvalue = 1.0\nunit = \"1\"\nfound = \"fit\"\n"
+                           "[effect.parameters.bend]\nvalue = 0.0\nunit = \"1\"\nfound = \"fit\"\n";
+  const Model model = parse_model(text, "m.toml");
+  EXPECT_EQ(model.effects.at(0).parameters.at("rotor_share").value, 1.0);
+  EXPECT_EQ(to_toml(parse_model(to_toml(model), "again.toml")), to_toml(model));
+}
+
 TEST(ModelTest, MachineOfAnIncompleteModelSaysWhatIsMissing) {
   Model m = full_model();
   m.L_l = {};

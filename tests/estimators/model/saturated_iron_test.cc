@@ -13,7 +13,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-const MachineParameters<double> kBase{0.39, 0.22, 0.006, 0.068};
+const MachineParameters<double> kMotor{0.39, 0.22, 0.006, 0.068};
 
 TEST(SaturationCurve, WithoutABendIsThePowerLaw) {
   const SaturationCurve<double> curve{0.7, 5.0, 0.0, 0.5};
@@ -59,10 +59,10 @@ Complex flux_of(double L, const SaturationCurve<double>& curve, Complex current)
 struct Branches {
   double M, L_ls, L_lr, k;
   explicit Branches(double share)
-      : M(kBase.L_m + share * kBase.L_l),
-        L_ls((1.0 - share) * kBase.L_l),
-        L_lr(M * share * kBase.L_l / kBase.L_m),
-        k(kBase.L_m / M) {}
+      : M(kMotor.L_m + share * kMotor.L_l),
+        L_ls((1.0 - share) * kMotor.L_l),
+        L_lr(M * share * kMotor.L_l / kMotor.L_m),
+        k(kMotor.L_m / M) {}
 };
 
 TEST(SaturatedIron, TCircuitGivesTheCurrentsThatItsBranchesWereBuiltFrom) {
@@ -70,7 +70,7 @@ TEST(SaturatedIron, TCircuitGivesTheCurrentsThatItsBranchesWereBuiltFrom) {
     for (const bool main : {false, true}) {
       const Branches b(share);
       IronBends<double> bends;
-      bends.leakage = {0.8, 4.0, 3.0, 60.0 * kBase.L_l};
+      bends.leakage = {0.8, 4.0, 3.0, 60.0 * kMotor.L_l};
       bends.leakage_live = true;
       bends.rotor_share = share;
       bends.main = {0.9, 6.0, 1.5, 0.5};
@@ -78,12 +78,12 @@ TEST(SaturatedIron, TCircuitGivesTheCurrentsThatItsBranchesWereBuiltFrom) {
       // The place of the node itself: its shares of psi_r and psi_s, which add up to one.
       const double of_r = b.L_ls / b.k;
       bends.place = of_r / (b.L_lr + of_r);
-      const SaturatedIron<double> iron(kBase, bends);
+      const SaturatedIron<double> iron(kMotor, bends);
       const SaturationCurve<double> main_curve = bends.main.curve();
       const SaturationCurve<double> s(0.8, 4.0, 3.0, 60.0 * b.L_ls), r(0.8, 4.0, 3.0, 60.0 * b.L_lr);
       for (const double size : {3.0, 20.0, 90.0}) {
         const Complex psi_m = std::polar(0.47, 0.3), i_s = std::polar(size, -0.6);
-        const double extra = main ? main_curve.share(Cx<double>(psi_m)) / kBase.L_m : 0.0;
+        const double extra = main ? main_curve.share(Cx<double>(psi_m)) / kMotor.L_m : 0.0;
         const Complex i_r = psi_m * (1.0 / b.M + extra) - i_s;
         const Complex psi_s = psi_m + flux_of(b.L_ls, s, i_s),
                       psi_r = b.k * (psi_m + flux_of(b.L_lr, r, i_r));
@@ -107,11 +107,28 @@ TEST(SaturatedIron, BothCircuitsAreTheLinearOneWhereNothingBends) {
     bends.rotor_share = share;
     for (const bool live : {false, true}) {
       bends.leakage_live = live;
-      const Currents<double> i = SaturatedIron<double>(kBase, bends).currents(psi_s, psi_r);
-      const Complex stator = plain(psi_s - psi_r) / kBase.L_l, rotor = stator - plain(psi_r) / kBase.L_m;
+      const Currents<double> i = SaturatedIron<double>(kMotor, bends).currents(psi_s, psi_r);
+      const Complex stator = plain(psi_s - psi_r) / kMotor.L_l, rotor = stator - plain(psi_r) / kMotor.L_m;
       EXPECT_LT(std::abs(plain(i.stator) - stator), 1e-9) << share;
       EXPECT_LT(std::abs(plain(i.rotor) - rotor), 1e-9) << share;
     }
+  }
+}
+
+// The ends of the split are the combinations of two fluxes that stand beside the linear circuit.
+TEST(SaturatedIron, TheTCircuitGoesOverIntoItsEnds) {
+  IronBends<double> bends;
+  bends.leakage = {0.8, 4.0, 2.0, 0.3};
+  bends.leakage_live = true;
+  const Cx<double> psi_s(0.55, 0.1), psi_r(0.30, -0.05);
+  for (const double end : {0.0, 1.0}) {
+    bends.rotor_share = end;
+    const Currents<double> at_end = SaturatedIron<double>(kMotor, bends).currents(psi_s, psi_r);
+    bends.rotor_share = std::abs(end - 1e-7);
+    const Currents<double> near = SaturatedIron<double>(kMotor, bends).currents(psi_s, psi_r);
+    EXPECT_LT(std::abs(plain(near.stator) - plain(at_end.stator)), 1e-4 * std::abs(plain(at_end.stator)))
+        << end;
+    EXPECT_LT(std::abs(plain(near.rotor) - plain(at_end.rotor)), 1e-4 * std::abs(plain(at_end.rotor))) << end;
   }
 }
 
@@ -125,7 +142,7 @@ TEST(SaturatedIron, TheNodeIsFoundFarBeyondTheKnees) {
       bends.leakage_live = bends.main_live = true;
       bends.rotor_share = 0.01;
       bends.place = 1.0;
-      const SaturatedIron<double> iron(kBase, bends);
+      const SaturatedIron<double> iron(kMotor, bends);
       for (const double psi : {0.01, 0.5, 2.0}) {
         const Complex psi_s = std::polar(psi, 0.2), psi_r = std::polar(0.7 * psi, -1.9);
         const Currents<double> i = iron.currents(Cx<double>(psi_s), Cx<double>(psi_r));
