@@ -17,7 +17,7 @@ namespace imrig::est {
 struct IronConfig {
   MagneticCurve saturation;
   double eddy_S = 0.0, hysteresis_S_rad_s = 0.0, place = 0.5;  // of the core loss
-  bool any() const { return saturation.extra > 0.0 || eddy_S > 0.0 || hysteresis_S_rad_s > 0.0; }
+  bool any() const { return !saturation.none() || eddy_S > 0.0 || hysteresis_S_rad_s > 0.0; }
 };
 
 class IronCircuit {
@@ -30,14 +30,14 @@ class IronCircuit {
   explicit IronCircuit(const IronConfig& config) : c_(config) {}
 
   void settle(Complex psi_s, Complex psi_r, double w_r) {
-    if (c_.saturation.extra > 0.0) g_ = c_.saturation.share(saturating(psi_s, psi_r));
+    if (!c_.saturation.none()) g_ = c_.saturation.share(saturating(psi_s, psi_r));
     const double G = c_.eddy_S + c_.hysteresis_S_rad_s / std::max(std::abs(w_r), kSlowest_rad_s);
     G_r_ = c_.place * G;
     G_s_ = (1.0 - c_.place) * G;
   }
 
   Currents currents(const MachineParameters<double>& p, Complex psi_s, Complex psi_r, Complex v, double w_r) const {
-    const double place = c_.saturation.place;
+    const double place = c_.saturation.place();
     const Complex i_l = (psi_s - psi_r) / p.L_l, i_x = (g_ / p.L_m) * saturating(psi_s, psi_r);
     Currents out;
     out.magnetizing = psi_r / p.L_m + place * i_x;
@@ -48,7 +48,7 @@ class IronCircuit {
 
  private:
   Complex saturating(Complex psi_s, Complex psi_r) const {
-    return psi_r + (1.0 - c_.saturation.place) * (psi_s - psi_r);
+    return psi_r + (1.0 - c_.saturation.place()) * (psi_s - psi_r);
   }
 
   static constexpr double kSlowest_rad_s = 6.0;  // below it the iron has no EMF to speak of

@@ -18,7 +18,7 @@ struct Behind {
 
 Behind behind_stator(const RotorCircuit& c, double impedance_ohm, double phi_rad, double w_e) {
   const double a = impedance_ohm * std::cos(phi_rad) - c.R_s_ohm;
-  if (c.saturation.extra <= 0.0 && c.stator_iron_S <= 0.0) return {a, c.L_m_H};
+  if (c.saturation.none() && c.stator_iron_S <= 0.0) return {a, c.L_m_H};
   using Complex = std::complex<double>;
   // Per ampere of current; the curve needs volts, which the caller's scale gives.
   const Complex I = c.current_A, V = std::polar(impedance_ohm, phi_rad) * I;
@@ -26,15 +26,15 @@ Behind behind_stator(const RotorCircuit& c, double impedance_ohm, double phi_rad
   const MagneticCurve& m = c.saturation;
   Complex behind = I - c.stator_iron_S * e, psi_r = psi_s - c.L_l_H * behind;
   double L_m = c.L_m_H, across = 0.0;
-  for (int round = 0; round < kRounds && m.extra > 0.0; ++round) {
-    const Complex psi_x = m.place * psi_r + (1.0 - m.place) * psi_s;
+  for (int round = 0; round < kRounds && !m.none(); ++round) {
+    const Complex psi_x = m.place() * psi_r + (1.0 - m.place()) * psi_s;
     const double g = m.share(psi_x);
-    behind = I - c.stator_iron_S * e - ((1.0 - m.place) * g / c.L_m_H) * psi_x;
+    behind = I - c.stator_iron_S * e - ((1.0 - m.place()) * g / c.L_m_H) * psi_x;
     psi_r = psi_s - c.L_l_H * behind;
     // The rotor's branch: psi_r/L_m + place g psi_x/L_m.
     const Complex along = psi_x / psi_r;
-    L_m = c.L_m_H / (1.0 + m.place * g * along.real());
-    across = m.place * g * along.imag() / (w_e * c.L_m_H);
+    L_m = c.L_m_H / (1.0 + m.place() * g * along.real());
+    across = m.place() * g * along.imag() / (w_e * c.L_m_H);
   }
   return {(e / behind).real(), L_m, across};
 }

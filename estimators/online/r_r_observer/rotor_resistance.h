@@ -33,14 +33,21 @@ enum class RotorResistanceStatus {
 };
 
 // What saturation adds to the current of a linear L_m, relative to it (saturation_law.h).
-struct MagneticCurve {
-  double extra = 0.0;  // 0: none
-  double exponent = 6.0, place = 1.0, bend = 0.0, psi_ref_Wb = 0.5;
+class MagneticCurve {
+ public:
+  MagneticCurve() = default;  // none
+  MagneticCurve(double extra, double exponent, double place, double bend, double psi_ref_Wb)
+      : extra_(extra), place_(place), curve_(extra, exponent, bend, psi_ref_Wb) {}
+
+  bool none() const { return extra_ <= 0.0; }
+  double place() const { return place_; }
 
   // What the flux of the saturating branch adds to the linear current, relative to it.
-  double share(std::complex<double> psi_x) const {
-    return SaturationCurve<double>{extra, exponent, bend, psi_ref_Wb}.share(Cx<double>(psi_x));
-  }
+  double share(std::complex<double> psi_x) const { return curve_.share(Cx<double>(psi_x)); }
+
+ private:
+  double extra_ = 0.0, place_ = 1.0;
+  SaturationCurve<double> curve_;
 };
 
 struct RotorCircuit {

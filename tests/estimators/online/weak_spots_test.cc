@@ -220,12 +220,12 @@ TEST(WeakSpots, SaturationAndIronAtTheStatorFluxAreTakenOutExactly) {
   const double R_s = 0.39, R_r = 0.22, L_l = 0.006, L_m = 0.068, w = 377.0, psi = 0.45, G_s = 0.002;
   for (const double place : {1.0, 0.5, 0.0}) {
     for (const double slip : {0.03, 0.06, -0.04}) {
-      const MagneticCurve curve{0.4, 6.0, place, 2.0, 0.5};
+      const double extra = 0.4, n = 6.0, bend = 2.0, psi_ref = 0.5;
+      const MagneticCurve curve(extra, n, place, bend, psi_ref);
       // psi_r on the real axis; psi_s follows from the stator's current behind the saturating branch.
       const auto share = [&](Complex at) {
-        const double n = curve.exponent;
-        const auto s = [&](double u) { return 1.0 - std::pow(1.0 + std::pow(curve.bend * u, n), -1.0 / n); };
-        return curve.extra * s(std::abs(at) / curve.psi_ref_Wb) / s(1.0);
+        const auto s = [&](double u) { return 1.0 - std::pow(1.0 + std::pow(bend * u, n), -1.0 / n); };
+        return extra * s(std::abs(at) / psi_ref) / s(1.0);
       };
       const Complex psi_r = psi;
       Complex psi_s = psi_r, behind;
