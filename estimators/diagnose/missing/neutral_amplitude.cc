@@ -18,29 +18,22 @@ using Rows = std::vector<Eigen::Index>;
 
 // Of unknown a, where those in `given` are known.
 double variance_given(const Eigen::MatrixXd& covariance, Eigen::Index a, const Rows& given) {
-  const auto n = static_cast<Eigen::Index>(given.size());
-  if (n == 0) return covariance(a, a);
-  Eigen::MatrixXd among(n, n);
-  Eigen::VectorXd with(n);
-  for (Eigen::Index r = 0; r < n; ++r) {
-    const double scale =
-        std::sqrt(covariance(given[static_cast<std::size_t>(r)], given[static_cast<std::size_t>(r)]));
-    with[r] = covariance(a, given[static_cast<std::size_t>(r)]) / scale;
-    for (Eigen::Index c = 0; c < n; ++c) {
-      const Eigen::Index i = given[static_cast<std::size_t>(r)], k = given[static_cast<std::size_t>(c)];
-      among(r, c) = covariance(i, k) / (scale * std::sqrt(covariance(k, k)));
-    }
-  }
-  return std::max(0.0, covariance(a, a) - with.dot(among.ldlt().solve(with)));
+  if (given.empty()) return covariance(a, a);
+  const Eigen::MatrixXd among = covariance(given, given);
+  const Eigen::VectorXd scale = among.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd with = scale.asDiagonal() * covariance(given, a);
+  return covariance(a, a) -
+         with.dot((scale.asDiagonal() * among * scale.asDiagonal()).eval().ldlt().solve(with));
 }
 
 }  // namespace
 
 bool may_be_neutral(const WorkingModel& model, const Candidate& candidate) {
   const GlobalFit& fit = model.fit;
+  if (fit.covariance.size() == 0) return false;  // it failed
   Rows shapes, amplitudes;
   bool any = false;
-  for (std::size_t m = 0; m < fit.free.shared.size() && fit.covariance.size() > 0; ++m) {
+  for (std::size_t m = 0; m < fit.free.shared.size(); ++m) {
     const std::size_t e = fit.free.shared[m];
     const auto row = static_cast<Eigen::Index>(m);
     if (e < kBase || effect_of_shared(e) != candidate.effect) continue;

@@ -14,21 +14,6 @@ namespace {
 constexpr int kMostRefits = 3;
 constexpr double kByChance = 4.0;  // standard deviations; squares of few slow modes are skew
 
-// One record at the far end, which a form cannot be held to without it, does not speak against the form.
-double surely_better_without_the_worst(const Trial& with, const Trial& without) {
-  Trial a, b;
-  a.left_out = with.left_out, b.left_out = without.left_out;
-  std::size_t worst = 0;
-  for (std::size_t k = 1; k < a.left_out.size() && k < b.left_out.size(); ++k) {
-    if (b.left_out[k] - a.left_out[k] < b.left_out[worst] - a.left_out[worst]) worst = k;
-  }
-  if (worst < a.left_out.size() && worst < b.left_out.size()) {
-    a.left_out.erase(a.left_out.begin() + static_cast<std::ptrdiff_t>(worst));
-    b.left_out.erase(b.left_out.begin() + static_cast<std::ptrdiff_t>(worst));
-  }
-  return surely_better(a, b);
-}
-
 // A value for each record helps any fit a little: it must still be worth so many values beside the others.
 bool needed(const GlobalProblem& problem, const Candidate& c, const Trial& with, const Trial& without) {
   if (form_of(c).local) {
@@ -38,7 +23,10 @@ bool needed(const GlobalProblem& problem, const Candidate& c, const Trial& with,
     return worth_its_values(problem, own, without);
   }
   if (surely_better(with, without) > kTold || without.left_out_chi2 > with.left_out_chi2 * 1.001) return true;
-  return surely_better_without_the_worst(with, without) > kTold;
+  // One record at the far end, which a form cannot be held to without it, does not speak against the form.
+  std::vector<double> gains = left_out_gains(with, without);
+  if (!gains.empty()) gains.erase(std::min_element(gains.begin(), gains.end()));
+  return surely_better(gains) > kTold;
 }
 
 // Effects that the others have made idle go again.

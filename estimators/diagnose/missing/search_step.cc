@@ -69,8 +69,7 @@ bool richer_wins(const Trial& richer, const Trial& plain) {
   const double won = plain.chi2 - richer.chi2, above = std::max(0.0, plain.chi2 - values_of(plain));
   if (won < kRicherGain * above || won < kSure * kSure * scale_of(richer)) return false;
   double others = 0.0, worst = 0.0;
-  for (std::size_t k = 0; k < plain.left_out.size(); ++k) {
-    const double gain = plain.left_out[k] - richer.left_out[k];
+  for (const double gain : left_out_gains(richer, plain)) {
     others += gain;
     worst = std::min(worst, gain);
   }

@@ -307,12 +307,19 @@ Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
   return out;
 }
 
-double surely_better(const Trial& a, const Trial& b) {
-  const std::size_t n = std::min(a.left_out.size(), b.left_out.size());
+std::vector<double> left_out_gains(const Trial& a, const Trial& b) {
+  std::vector<double> gains(std::min(a.left_out.size(), b.left_out.size()));
+  for (std::size_t k = 0; k < gains.size(); ++k) gains[k] = b.left_out[k] - a.left_out[k];
+  return gains;
+}
+
+double surely_better(const Trial& a, const Trial& b) { return surely_better(left_out_gains(a, b)); }
+
+double surely_better(const std::vector<double>& gains) {
+  const std::size_t n = gains.size();
   if (n < 2) return 0.0;
   double mean = 0.0, square = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double d = b.left_out[k] - a.left_out[k];
+  for (const double d : gains) {
     mean += d;
     square += d * d;
   }

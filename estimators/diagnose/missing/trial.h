@@ -76,5 +76,9 @@ Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
 // How surely a is better than b on records left out: mean difference over its standard error, record by
 // record.
 double surely_better(const Trial& a, const Trial& b);
+double surely_better(const std::vector<double>& gains);
+
+// Of each record that both were judged on when it was left out: how much less a leaves than b.
+std::vector<double> left_out_gains(const Trial& a, const Trial& b);
 
 }  // namespace imrig::est

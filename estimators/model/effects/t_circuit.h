@@ -103,7 +103,6 @@ class TCircuit {
     return {value_of(p.R_s), value_of(p.R_r), value_of(p.L_l), value_of(p.L_m)};
   }
   static Cx<double> values_of(const Cx<T>& a) { return {value_of(a.re), value_of(a.im)}; }
-  static double value_of(const T& x) { return est::value_of(x); }
 
   static Cx<T> through(const T& inverse, const SaturationCurve<T>& curve, const Cx<T>& psi) {
     return scaled(inverse * (1.0 + curve.share(psi)), psi);

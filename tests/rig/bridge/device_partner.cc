@@ -57,9 +57,9 @@ void DevicePartner::live() {
     say();
     const bool on = device_.drive.command.legs != 0 && imrig_device_must_be_off(&device_) == 0;
     if (gates_on && !on) gates_off_us = monotonic_us();
+    trip = device_.trip;  // before the gates, for whoever waits for these
     gates_on = on;
     next_index = device_.next_index;
-    trip = device_.trip;
   }
 }
 
