@@ -54,6 +54,8 @@ const std::vector<Kind>& kinds() {
                                      {"broken_bar", "broken_bar"},
                                      {"voltage_lag", "voltage_lag", false, "", true},
                                      {"speed_bias", "speed_bias", false, "", true},
+                                     {"friction", "friction_windage", false, "", true, true},
+                                     {"stray_load_loss", "stray_load_loss", false, "", true, true},
                                      {"interbar_current", "", false, "rotor_skin_effect"},
                                      {"dc_link_ripple", "", true},
                                      {"clock_jitter", ""},
@@ -75,9 +77,11 @@ const std::vector<Cell>& cells() {
     for (const Kind& k : kinds()) list.push_back({k.name, {k.name}});
     for (const auto& [a, b] :
          {std::pair{"magnetizing_saturation", "leakage_saturation"},
-          std::pair{"rotor_skin_effect", "rotor_heating"}, std::pair{"iron_loss", "magnetizing_saturation"}})
+          std::pair{"rotor_skin_effect", "rotor_heating"}, std::pair{"iron_loss", "magnetizing_saturation"},
+          std::pair{"friction", "iron_loss"}})
       list.push_back({fmt::format("{}+{}", a, b), {a, b}});
     list.push_back({"triple", {}, 3});
+    list.push_back({.name = "nothing_torque", .torque = true});
     for (const NoiseFlavour& n : noise_flavours()) list.push_back({"nothing_" + n.name, {}, 0, false, n});
     for (const Kind& k : kinds()) {
       // Core loss and a speed error are one and the same to every measurement at the terminals.
@@ -153,6 +157,13 @@ void add_flaw(const Machine& m, const std::string& name, Strength strength, doub
     flaw.extra_lag_s = size(15e-6, 40e-6, 100e-6);
   } else if (name == "speed_bias") {
     flaw.speed_gain = size(5e-4, 2e-3, 6e-3);
+  } else if (name == "friction") {
+    const double half_Nm = 0.5 * size(0.004, 0.012, 0.03) * m.torque_Nm();
+    e += fmt::format("[effects.{}]\ncoulomb_Nm = {}\nviscous_Nms = {}\n", name, half_Nm,
+                     half_Nm / m.speed_rad_s());
+  } else if (name == "stray_load_loss") {
+    e += fmt::format("[effects.{}]\nloss_W = {}\nrated_A = {}\nrated_rpm = {}\n", name,
+                     size(0.006, 0.015, 0.03) * m.power_W, m.i_A, rpm_of_rad_s(m.speed_rad_s()));
   } else if (name == "interbar_current") {
     const double L_x = size(0.12, 0.3, 0.6) * m.rotor_leakage_H;
     e += fmt::format("[effects.{}]\ninductance_H = {}\nresistance_ohm = {}\n", name, L_x,

@@ -20,6 +20,7 @@ struct Cell {
   bool removed = false;                  // what is hidden is taken out of the library
   NoiseFlavour noise = {};
   std::string other_machine = {};        // no induction motor at all: permanent_magnet, reluctance
+  bool torque = false;                   // the shaft's torque is measured
 };
 
 struct Kind {
@@ -28,6 +29,7 @@ struct Kind {
   bool commanded = false;  // it shows only beside the voltages that were asked for
   std::string alike = {};  // the library's effect with the same equation, which says so
   bool exact = false;      // the library's law is the plant's, and leaves the base parameters what they are
+  bool torque = false;     // it shows only where the shaft's torque is measured
 };
 
 const std::vector<Kind>& kinds();

@@ -6,6 +6,8 @@
 #include <random>
 #include <string>
 
+#include "rig/base/space_vector.h"
+
 namespace imrig::bench {
 
 struct Machine {
@@ -17,6 +19,9 @@ struct Machine {
   double w_slip_rad_s = 0.0;                            // rated, electrical
   double current_noise_A = 0.0, voltage_noise_V = 0.0;  // of a phase's sample, one sigma
   double current_range_A = 0.0, voltage_range_V = 0.0;  // of the converters, +-
+
+  double speed_rad_s() const { return (2.0 * kPi * f_Hz - w_slip_rad_s) / pole_pairs; }  // rated
+  double torque_Nm() const { return power_W / speed_rad_s(); }
 };
 
 // The same on every machine, unlike the library's distributions; [low, high).

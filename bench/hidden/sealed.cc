@@ -20,7 +20,7 @@ namespace {
 constexpr double kStep_s = 60e-6, kFilter_s = 160e-6, kRamp_s = 6e-3;
 constexpr double kGain = 0.001;  // declared and drawn: SensorsConfig::gain_sigma
 constexpr int kZeroSamples = 25000;  // 1.5 s, as a campaign rests
-constexpr std::size_t kHeldOut = 40;
+constexpr double kTorqueGain = 0.0015, kTorqueZero = 5e-4, kTorqueNoise = 5e-3;  // the latter two of rated
 
 // One record's drive.
 struct Profile {
@@ -94,14 +94,15 @@ std::vector<Profile> profiles(const Machine& m, double length_s, bool poor, std:
 
 // Operating points anywhere between those of the grid, held out: the grid's own few leave the error over the
 // floor to chance (a standard deviation of 5 % with seven records).
-std::vector<Profile> held_out_profiles(const Machine& m, double length_s, std::mt19937_64& bits) {
+std::vector<Profile> held_out_profiles(const Machine& m, const SealOptions& options, std::mt19937_64& bits) {
   std::vector<Profile> all;
-  while (all.size() < kHeldOut) {
+  while (all.size() < options.held_out) {
     const double w = 2.0 * kPi * m.f_Hz * uniform(bits, 0.34, 1.0), step = uniform(bits, 0.1, 0.2);
     const double flux = uniform(bits, 0.3, 1.05), w_slip = m.w_slip_rad_s * uniform(bits, 0.05, 1.2);
     const Steady at = steady(m, w, w_slip, flux * m.psi_Wb);
     if (at.v_V * (1.0 + step) > 1.25 * m.v_V || at.i_A > 2.0 * m.i_A) continue;
-    all.push_back({w / (2.0 * kPi), at.v_V, step, (w - w_slip) / m.pole_pairs, settle_s(m), length_s, false});
+    all.push_back(
+        {w / (2.0 * kPi), at.v_V, step, (w - w_slip) / m.pole_pairs, settle_s(m), options.record_s, false});
   }
   return all;
 }
@@ -177,6 +178,8 @@ TimeSeries run(plant::PlantConfig config, const Profile& profile, const Zeros& z
     series.v.push_back(commanded ? asked(profile, t + kStep_s)
                                  : scale.voltage_V_per_count * space_vector(x[3], x[4], x[5]));
     series.stator_C.push_back(static_cast<double>(raw.stator_C));
+    // The drive that holds the shaft takes what the motor's own losses leave.
+    series.torque_Nm.push_back(plant.state().torque_Nm - plant.state().drag_Nm);
   }
   const auto speed =
       speed_from_counts(unwrap_counts(counts), 0, counts.size(), kStep_s, scale.encoder_counts_per_rev);
@@ -226,9 +229,19 @@ class Bench {
     Flaw at_rest;
     range_ = at_rest.current_range = flaw(0.0).current_range;
     zeros_ = zeros_of(config(at_rest));
+    torque_ = cell.torque || std::any_of(seal.hidden.begin(), seal.hidden.end(),
+                                         [](const std::string& h) { return kind(h).torque; });
+    std::mt19937_64 bits(seal.seed * 0x9e3779b97f4a7c15ull + 11);
+    std::normal_distribution<double> draw;
+    torque_gain_ = 1.0 + kTorqueGain * draw(bits),
+    torque_zero_Nm_ = kTorqueZero * seal.machine.torque_Nm() * draw(bits);
   }
   bool commanded() const { return commanded_; }
-  Noise noise() const { return noise_of(seal_.machine, range_, commanded_); }
+  Noise noise() const {
+    Noise out = noise_of(seal_.machine, range_, commanded_);
+    if (torque_) out.torque_Nm = kTorqueNoise * seal_.machine.torque_Nm();
+    return out;
+  }
 
   Record record(std::size_t n, const Profile& drive, double warmth) const {
     Record out;
@@ -237,6 +250,8 @@ class Bench {
     const Flaw hidden = flaw(warmth);
     out.series = run(config(hidden), drive, zeros_, commanded_, hidden, options_.thin, 173 * n, seal_.machine,
                      cell_.noise);
+    if (!torque_) out.series.torque_Nm.clear();
+    add_transducer(out.series, 977 * seal_.seed + n);
     return out;
   }
 
@@ -257,10 +272,18 @@ class Bench {
         "hidden");
   }
 
+  // What it shows of the shaft's torque.
+  void add_transducer(TimeSeries& series, std::uint64_t seed) const {
+    std::mt19937_64 bits(seed * 0xbf58476d1ce4e5b9ull + 1);
+    std::normal_distribution<double> draw(torque_zero_Nm_, kTorqueNoise * seal_.machine.torque_Nm());
+    for (double& torque : series.torque_Nm) torque = torque_gain_ * torque + draw(bits);
+  }
+
   const Cell& cell_;
   const Seal& seal_;
   const SealOptions& options_;
-  bool commanded_ = false;
+  bool commanded_ = false, torque_ = false;
+  double torque_gain_ = 1.0, torque_zero_Nm_ = 0.0;
   double range_ = 1.0;
   Zeros zeros_{};
 };
@@ -311,7 +334,7 @@ Sealed make_sealed(const Cell& cell, Strength strength, std::uint64_t seed, cons
     data.records.back().holdout = !drives[n].dc && !drives[n].edge && n % 6 == 5;
   }
   if (!options.poor) {
-    for (const Profile& drive : held_out_profiles(m, options.record_s, bits)) {
+    for (const Profile& drive : held_out_profiles(m, options, bits)) {
       const double warmth = uniform(bits, 0.0, 1.0);
       data.records.push_back(bench.record(data.records.size(), drive, warmth));
       data.records.back().holdout = true;

@@ -32,6 +32,7 @@ struct Sealed {
 struct SealOptions {
   double record_s = 0.24;
   int thin = 4;       // of 60 us
+  std::size_t held_out = 40;
   bool poor = false;  // frequency x load at 80 % of rated volts per hertz, and no more
 };
 

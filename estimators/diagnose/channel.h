@@ -1,7 +1,7 @@
 #pragma once
 // Sums over one channel's errors, and the figures that follow from them.
-// Channels: current_A (space vector, peak; of points: line, rms), input_power_W; of points also power_factor,
-// torque_Nm (shaft) and output_power_W, where the table has them.
+// Channels: current_A (space vector, peak; of points: line, rms), input_power_W; torque_Nm (shaft; of series:
+// means of steady stretches) where it was measured; of points also power_factor and output_power_W.
 
 #include <map>
 #include <string>

@@ -163,6 +163,28 @@ std::vector<Stretch> stretches_of(const ModelPrediction& model, const DataSet& d
   return out;
 }
 
+// The shaft torque of steady stretches, in the record's channels and in those of the stretch it falls into.
+void add_torque(const ModelPrediction& model, const TimeSeries& series, const CurrentPrediction& p,
+                ComparedRecord& out) {
+  for (const TorquePrediction& t : model.torque(series)) {
+    const double error = t.measured_Nm - t.predicted_Nm;
+    ChannelResult one;
+    one.unit = "Nm";
+    one.dof = 1.0;
+    add_value(one, square(error), square(t.measured_Nm), square(t.sigma_Nm));
+    finish(one);
+    add_sums(out.channels["torque_Nm"], one);
+    finish(out.channels["torque_Nm"]);
+    if (out.stretches.empty() || t.middle < p.first) continue;
+    const std::size_t length = (p.measured.size() + out.stretches.size() - 1) / out.stretches.size();
+    Stretch& stretch = out.stretches[std::min(out.stretches.size() - 1, (t.middle - p.first) / length)];
+    add_sums(stretch.channels["torque_Nm"], one);
+    finish(stretch.channels["torque_Nm"]);
+    const bool first = stretch.channels["torque_Nm"].values == 1;
+    if (first) stretch.signed_errors.push_back({"torque_Nm", "", error});
+  }
+}
+
 std::size_t stride_of(std::size_t samples, double f_Hz, double sample_time_s) {
   const std::size_t all = (samples + kOverlaySamples - 1) / kOverlaySamples;
   if (!(std::abs(f_Hz) > 0.0)) return std::max<std::size_t>(1, all);
@@ -231,6 +253,7 @@ Residual compare_series(const ModelPrediction& model, const DataSet& data, const
   out.channels = channels_of(data, series, p, passed, 0, p.measured.size(), kInitialStates);
   if (!std::isnan(out.channels["current_A"].floor)) out.floor_from = "declared noise";
   out.stretches = stretches_of(model, data, record, p, passed, options, out);
+  add_torque(model, series, p, out);
   out.lines = probe.lines(errors_of(p), 2.0 * square(data.noise.current_A), passed.lines2);
   out.overlay = overlay_of(p, series, out.conditions.f_Hz);
   return residual_of(p, series);

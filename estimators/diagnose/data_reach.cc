@@ -74,6 +74,7 @@ void reach_of_conditions(const Ranges& r, std::vector<std::string>& out) {
 }
 
 bool has_torque(const Record& record) {
+  if (!record.series.torque_Nm.empty()) return true;
   const auto present = [](const SteadyPoint& p) {
     return !std::isnan(p.torque_Nm) || !std::isnan(p.p_out_W);
   };
@@ -88,8 +89,7 @@ std::vector<std::string> data_reach(const DataSet& data, const CompareResult& re
   const auto& all = data.records;
   const auto count = [&](const auto& condition) { return std::count_if(all.begin(), all.end(), condition); };
   if (count(has_torque) == 0)
-    out.push_back(
-        "no table with shaft torque or shaft power: friction, windage and stray load loss cannot show");
+    out.push_back("no shaft torque or shaft power: friction, windage and stray load loss cannot show");
   if (count([](const Record& r) { return !r.series.i.empty(); }) == 0)
     out.push_back(
         "points only: no offset, unbalance, dead time or broken bar can show, and no line of the error");

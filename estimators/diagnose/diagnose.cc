@@ -30,7 +30,7 @@ constexpr double kFollows = 0.7,
                  kFollowsMore = 0.3;  // of the values' variance; more than what goes with heat explains
 
 double family_wise(double z) {
-  return std::min(1.0, static_cast<double>(kEffects) * std::erfc(z / std::sqrt(2.0)));
+  return std::min(1.0, static_cast<double>(kLibrary) * std::erfc(z / std::sqrt(2.0)));
 }
 
 double chi2_per_value(const Trial& trial) {
@@ -229,6 +229,8 @@ double share_left(const GlobalProblem& problem, const Diagnosis& d) {
   for (const auto& [a, b] :
        {std::pair{&first.fitted, &last.fitted}, std::pair{&first.holdout, &last.holdout}}) {
     if (!inside_band(problem, *b)) most = std::max(most, left(a->error_over_noise(), b->error_over_noise()));
+    const auto torque = [&](const Judgement& j) { return torque_chi2_per_value(problem, j.torque); };
+    if (!torque_inside_band(problem, b->torque)) most = std::max(most, left(torque(*a), torque(*b)));
   }
   return most;
 }
@@ -277,20 +279,48 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.unexplained = describe_unexplained(problem, d.search.final);
 }
 
-// An offset of the torque sensor is friction as long as the shaft turns one way.
-void doubt_friction(const DataSet& data, Diagnosis& d) {
-  if (d.effect.empty() ||
-      std::none_of(d.search.findings.begin(), d.search.findings.end(),
-                   [](const Finding& f) { return name_of(f.candidate) == "friction_windage"; }))
-    return;
+bool found(const Diagnosis& d, const char* effect) {
+  return std::any_of(d.search.findings.begin(), d.search.findings.end(),
+                     [&](const Finding& f) { return name_of(f.candidate) == effect; });
+}
+
+// What a torque transducer may do in the place of a loss: an offset is friction as long as the shaft turns
+// one way, a gain is stray load loss.
+void doubt_transducer(const DataSet& data, Diagnosis& d) {
+  if (d.effect.empty()) return;
   bool forward = false, backward = false;
+  const auto turns = [&](double w) { forward |= w > 1.0, backward |= w < -1.0; };
   for (const Record& r : data.records) {
-    for (const SteadyPoint& p : r.points) forward |= p.speed_rad_s > 0.0, backward |= p.speed_rad_s < 0.0;
+    for (const SteadyPoint& p : r.points) turns(p.speed_rad_s);
+    if (!r.series.torque_Nm.empty())
+      std::for_each(r.series.speed_rad_s.begin(), r.series.speed_rad_s.end(), turns);
   }
-  if (forward != backward)
+  if (found(d, "friction_windage") && forward != backward)
     d.explanation.push_back(
         "All points turn one way: an offset of the torque sensor would look the same; check its zero at "
         "standstill.");
+  if (found(d, "stray_load_loss"))
+    d.explanation.push_back(
+        "A torque sensor that reads low under load would look much the same; check its gain.");
+}
+
+// What became of the shaft torque of time series.
+void explain_torque(const GlobalProblem& problem, Diagnosis& d) {
+  if (!problem.torque_refused().empty())
+    d.explanation.push_back(
+        fmt::format("The torque of the time series {}: it is not judged. Check its sign, unit and scale "
+                    "(columns.torque_Nm).",
+                    problem.torque_refused()));
+  const SearchChange &first = d.search.changes.front(), &last = d.search.changes.back();
+  const double before = first.fitted.torque.rmse_Nm(), after = last.fitted.torque.rmse_Nm();
+  if (std::isnan(before)) return;
+  std::string sentence = fmt::format("The shaft torque of {} steady stretches is off by {:.3g} Nm rms",
+                                     first.fitted.torque.values(), before);
+  if (!d.search.findings.empty()) sentence += fmt::format(", {:.3g} Nm with what was added", after);
+  d.explanation.push_back(sentence + ".");
+  if (!torque_inside_band(problem, last.fitted.torque))
+    d.explanation.push_back(
+        "That is more than a torque bridge and a power meter leave: it is not explained.");
 }
 
 // What was found at import: data that are wrong look like physics.
@@ -325,13 +355,8 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
         problem.fitted().size(), held > 0 ? fmt::format(" (and {} held out)", held) : "",
         chi2_per_value(first.base)));
   }
-  const bool unused_torque = std::any_of(problem.data().records.begin(), problem.data().records.end(),
-                                         [](const Record& r) { return !r.series.torque_Nm.empty(); });
-  if (unused_torque)
-    d.explanation.push_back(
-        "Torque of time series is not judged: friction_windage and stray_load_loss show in tables of steady "
-        "points.");
-  doubt_friction(problem.data(), d);
+  explain_torque(problem, d);
+  doubt_transducer(problem.data(), d);
   if (!d.effect.empty() && d.unexplained)
     d.explanation.push_back("Something remains that no effect of the library explains: " +
                             d.unexplained->description);
@@ -402,7 +427,7 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
     WorkingModel start = working_model(*problem, model);
     start.barred = ruled_out(options.without);
     keep_in_reach(model, start);
-    out.ranked_among = kEffects - start.barred.size();
+    out.ranked_among = kLibrary - start.barred.size();
     out.search = search(*problem, start, {options.most_additions, options.report});
     return problem;
   };

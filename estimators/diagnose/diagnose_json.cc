@@ -74,7 +74,9 @@ std::string improve_json(const Improvement& improvement, const std::string& mode
                             {"floor_nrmse", number(change.fitted.floor())},
                             {"holdout_floor_nrmse", number(change.holdout.floor())},
                             {"fitted_chi2_per_dof", number(change.fitted.chi2_per_value())},
-                            {"holdout_chi2_per_dof", number(change.holdout.chi2_per_value())}});
+                            {"holdout_chi2_per_dof", number(change.holdout.chi2_per_value())},
+                            {"fitted_torque_rmse_Nm", number(change.fitted.torque.rmse_Nm())},
+                            {"holdout_torque_rmse_Nm", number(change.holdout.torque.rmse_Nm())}});
   }
   out["verdict"] = improvement.diagnosis.verdict;
   out["model"] = model_path;

@@ -13,9 +13,8 @@ namespace imrig::est {
 ModelPrediction::ModelPrediction(const Model& model)
     : pole_pairs_(model.pole_pairs),
       machine_(model.machine()),
-      linear_(model.effects.empty() && model.corrections.empty()) {
-  if (linear_) return;
-  shared_ = shared_vector(model);
+      linear_(model.effects.empty() && model.corrections.empty()),
+      shared_(shared_vector(model)) {
   WorkingModel working;
   working.active = active_effects(model);
   local_ = working.freedom().local;
@@ -23,13 +22,10 @@ ModelPrediction::ModelPrediction(const Model& model)
 
 CurrentPrediction ModelPrediction::current(const TimeSeries& series) const {
   if (linear_) return predict_current(machine_, pole_pairs_, series);
-  const DrivenRecord record = driven_record(series, pole_pairs_, 0.0);
-  const Whitener plain(record, machine_, 0.0, {1.0, 0.0, 0.0});
-  const int steps = steps_for(record, shared_);
+  DrivenRecord record = driven_record(series, pole_pairs_, 0.0);
+  record.torque.clear();
   LocalVector<double> local = neutral_local();
-  settle_record(record, plain, steps, shared_, local_, local);
-  RecordTrace trace;
-  record_terms(record, plain, steps, shared_, local, {}, &trace);
+  const RecordTrace trace = this->trace(record, local);
   CurrentPrediction out;
   out.initial = {Cx<double>(local[0], local[1]), Cx<double>(local[2], local[3])};
   out.first_simulated = record.frame.first;
@@ -40,6 +36,32 @@ CurrentPrediction ModelPrediction::current(const TimeSeries& series) const {
     const std::complex<double> turn = record.frame.back(k);
     out.measured.push_back(measured * turn);
     out.predicted.push_back((measured - trace.error[k - record.frame.judged_from]) * turn);
+  }
+  return out;
+}
+
+RecordTrace ModelPrediction::trace(const DrivenRecord& record, LocalVector<double>& local) const {
+  const Whitener plain(record, machine_, 0.0, {1.0, 0.0, 0.0});
+  const int steps = steps_for(record, shared_);
+  DrivenRecord current = record;  // the initial flux is the current's to tell
+  current.torque.clear();
+  settle_record(current, plain, steps, shared_, local_, local);
+  RecordTrace out;
+  record_terms(record, plain, steps, shared_, local, {}, &out);
+  return out;
+}
+
+std::vector<TorquePrediction> ModelPrediction::torque(const TimeSeries& series) const {
+  std::vector<TorquePrediction> out;
+  if (series.torque_Nm.empty()) return out;
+  const DrivenRecord record = driven_record(series, pole_pairs_);
+  if (record.torque.empty()) return out;
+  LocalVector<double> local = neutral_local();
+  const RecordTrace trace = this->trace(record, local);
+  for (std::size_t w = 0; w < record.torque.size(); ++w) {
+    const TorqueWindow& window = record.torque[w];
+    const std::size_t middle = (window.from + window.to) / 2 * static_cast<std::size_t>(record.thinned);
+    out.push_back({record.frame.first + middle, window.mean_Nm, trace.torque_Nm[w], window.sigma_Nm});
   }
   return out;
 }

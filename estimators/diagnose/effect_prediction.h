@@ -2,11 +2,18 @@
 // Predictions of a model with effects, at the record's own rate: what compare needs. Without effects the
 // linear machine's own prediction is used (estimators/model/predict.h, output.h).
 
+#include "estimators/fit/global/record_terms.h"
 #include "estimators/model/effects/effect_list.h"
 #include "estimators/model/model.h"
 #include "estimators/model/predict.h"
 
 namespace imrig::est {
+
+// Shaft torque over a steady stretch of a series (estimators/fit/global/torque_windows.h).
+struct TorquePrediction {
+  std::size_t middle = 0;  // sample of the series
+  double measured_Nm = 0.0, predicted_Nm = 0.0, sigma_Nm = 0.0;
+};
 
 class ModelPrediction {
  public:
@@ -18,12 +25,17 @@ class ModelPrediction {
   // The record's own unknowns (initial flux, a temperature nobody measured) are estimated from it. Throws
   // Error when the record cannot be used.
   CurrentPrediction current(const TimeSeries& series) const;
+  // One value for each steady stretch with a measured torque; R_r and the slip matter little in them.
+  std::vector<TorquePrediction> torque(const TimeSeries& series) const;
 
   SteadyPoint point(const SteadyPoint& measured) const;
 
  private:
   int pole_pairs_;
   MachineParameters<double> machine_;
+  // With the record's own unknowns at their best.
+  RecordTrace trace(const DrivenRecord& record, LocalVector<double>& local) const;
+
   bool linear_;
   SharedVector<double> shared_{};
   std::vector<std::size_t> local_;

@@ -33,9 +33,29 @@ std::vector<double> conditions_of(const Stretch& s) {
   return {std::abs(c.f_Hz), c.psi_Wb, c.slip, c.i_A, torque, c.stator_C, s.time_s, direction};
 }
 
-Unit unit_of(const Stretch& s, std::size_t record) {
-  Unit out{record, conditions_of(s), kMissing, {}};
-  for (const auto& e : s.signed_errors) out.signed_errors.push_back(e.error);
+// Every kind of signed error that some stretch has: not all records measure torque.
+std::vector<Stretch::Signed> names_of(const std::vector<const std::vector<Stretch>*>& records) {
+  std::vector<Stretch::Signed> out;
+  for (const auto* record : records) {
+    for (const Stretch& s : *record) {
+      for (const Stretch::Signed& e : s.signed_errors) {
+        const bool known = std::any_of(out.begin(), out.end(), [&](const Stretch::Signed& n) {
+          return n.channel == e.channel && n.part == e.part;
+        });
+        if (!known) out.push_back(e);
+      }
+    }
+  }
+  return out;
+}
+
+Unit unit_of(const Stretch& s, std::size_t record, const std::vector<Stretch::Signed>& names) {
+  Unit out{record, conditions_of(s), kMissing, std::vector<double>(names.size(), kMissing)};
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    for (const Stretch::Signed& e : s.signed_errors) {
+      if (e.channel == names[k].channel && e.part == names[k].part) out.signed_errors[k] = e.error;
+    }
+  }
   const auto found = s.channels.find("current_A");
   if (found == s.channels.end() || found->second.values == 0) return out;
   const ChannelResult& c = found->second;
@@ -171,13 +191,11 @@ FailureMap failure_map(const std::vector<const std::vector<Stretch>*>& records, 
   const bool points = from == "points", clock = !points && one_clock(records);
   std::vector<Unit> units, by_record;
   std::vector<const Stretch*> stretches;
-  std::vector<Stretch::Signed> names;
+  const std::vector<Stretch::Signed> names = names_of(records);
   for (std::size_t r = 0; r < records.size(); ++r) {
     std::vector<Unit> own;
     for (const Stretch& s : *records[r]) {
-      own.push_back(unit_of(s, r));
-      if (stretches.empty()) names = s.signed_errors;
-      own.back().signed_errors.resize(names.size(), kMissing);
+      own.push_back(unit_of(s, r, names));
       if (!clock) own.back().conditions[6] = static_cast<double>(points ? units.size() + own.size() : r + 1);
       stretches.push_back(&s);
     }

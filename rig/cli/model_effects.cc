@@ -32,7 +32,7 @@ Json parameter_json(const est::EffectParameter& p) {
 }
 
 void print_effects_json() {
-  Json out = {{"version", 1}, {"effects", Json::array()}};
+  Json out = {{"version", 1}, {"effects", Json::array()}, {"corrections", Json::array()}};
   for (const est::EffectInfo& info : est::kEffectInfos) {
     Json one = {{"name", info.name},           {"sentence", info.sentence},     {"equation", info.equation},
                 {"source", info.source},       {"experiment", info.experiment}, {"forms", Json::array()},
@@ -40,7 +40,7 @@ void print_effects_json() {
     for (const est::EffectForm& f : info.forms) one["forms"].push_back(f.name);
     for (const est::EffectParameter& p : info.shared) one["parameters"].push_back(parameter_json(p));
     for (const est::EffectParameter& p : info.local) one["per_record"].push_back(parameter_json(p));
-    out["effects"].push_back(std::move(one));
+    out[info.correction ? "corrections" : "effects"].push_back(std::move(one));
   }
   fmt::print("{}\n", json_text(out));
 }
@@ -48,6 +48,7 @@ void print_effects_json() {
 void print_effects() {
   for (const est::EffectInfo& info : est::kEffectInfos) {
     fmt::print("{}\n  {}\n  {}\n", info.name, info.sentence, info.equation);
+    if (info.correction) fmt::print("  a correction of a sensor: never named as missing\n");
     std::string forms, parameters;
     for (const est::EffectForm& f : info.forms) forms += (forms.empty() ? "" : "; ") + std::string(f.name);
     for (const est::EffectParameter& p : info.shared)

@@ -62,6 +62,7 @@ Eigen::MatrixXd block_gradients(const std::vector<RecordTerms>& records, Eigen::
   return out;
 }
 
+// terms: first those that are projected out, last the entries; what lies between is left out.
 Projected project(const GlobalTerms& terms, std::size_t free, const std::vector<std::size_t>& entries) {
   const auto f = static_cast<Eigen::Index>(free), c = static_cast<Eigen::Index>(entries.size());
   const Eigen::MatrixXd H_fc = terms.normal.topRightCorner(f, c);
@@ -70,7 +71,7 @@ Projected project(const GlobalTerms& terms, std::size_t free, const std::vector<
   out.entries = entries;
   out.M = terms.normal.bottomRightCorner(c, c) - H_fc.transpose() * X;
   out.g = terms.gradient.tail(c) - X.transpose() * terms.gradient.head(f);
-  const Eigen::MatrixXd blocks = block_gradients(terms.records, f + c);
+  const Eigen::MatrixXd blocks = block_gradients(terms.records, terms.normal.rows());
   out.blocks = blocks.bottomRows(c) - X.transpose() * blocks.topRows(f);
   return out;
 }
@@ -248,15 +249,22 @@ ScoreTest score_test(const GlobalProblem& problem, const WorkingModel& model,
     }
   }
   const std::size_t room = kMostLanes - free.shared.size() - free.local.size();
-  entries.resize(std::min(entries.size(), room));
+  const std::size_t considered = std::min(model.considered.size(), room);
+  entries.resize(std::min(entries.size(), room - considered));
+  std::vector<Prior> priors = model.live_priors();
+  for (std::size_t k = 0; k < considered; ++k) {
+    free.shared.push_back(model.considered[k].entry);
+    priors.push_back(model.considered[k]);
+  }
   free.shared.insert(free.shared.end(), entries.begin(), entries.end());
 
   std::vector<Projected> scans;
   for (std::size_t n = 0; n < kScans; ++n) {
     GlobalPoint at = model.at;
     at.shared = scanned(model, n);
-    const GlobalTerms terms = problem.evaluate(at, free, which, model.live_priors());
+    const GlobalTerms terms = problem.evaluate(at, free, which, priors);
     scans.push_back(project(terms, fixed, entries));
+    const Projected beside = considered > 0 ? project(terms, fixed + considered, entries) : Projected{};
     const Eigen::MatrixXd whole = terms.normal.bottomRightCorner(static_cast<Eigen::Index>(entries.size()),
                                                                  static_cast<Eigen::Index>(entries.size()));
     for (const Candidate& c : candidates) {
@@ -267,6 +275,12 @@ ScoreTest score_test(const GlobalProblem& problem, const WorkingModel& model,
       if (amplitudes.empty() || !known) continue;
       Score score = score_of(scans.back(), c, amplitudes, whole);
       score.scan = n;
+      if (considered > 0 && score.lambda > 0.0) {
+        // What the transducer's accuracy leaves of it.
+        const Score sure = score_of(beside, c, amplitudes, whole);
+        score.lambda = sure.lambda;
+        if (!sure.sigma.empty()) score.sigma = sure.sigma;
+      }
       const auto same = std::find_if(out.scores.begin(), out.scores.end(),
                                      [&](const Score& s) { return s.candidate == c; });
       if (same == out.scores.end()) {

@@ -12,7 +12,6 @@ namespace imrig::est {
 namespace {
 
 constexpr int kMostRefits = 3;
-constexpr double kByChance = 4.0;  // standard deviations; squares of few slow modes are skew
 
 // A value for each record helps any fit a little: it must still be worth so many values beside the others.
 bool needed(const GlobalProblem& problem, const Candidate& c, const Trial& with, const Trial& without) {
@@ -125,7 +124,7 @@ void note_change(const GlobalProblem& problem, Search& search, std::string text,
 
 bool inside_band(const GlobalProblem& problem, const Judgement& judgement) {
   if (judgement.values <= 0.0) return true;
-  if (judgement.chi2_per_value() > kBand) return false;
+  if (judgement.chi2_per_value() > kBand || !torque_inside_band(problem, judgement.torque)) return false;
   return problem.noise().colour > kBelieved ||
          judgement.error_over_noise() < std::max(kBand, 1.0 + kByChance * judgement.error_over_noise_sigma());
 }

@@ -86,7 +86,8 @@ double noise_gain(const GlobalProblem& problem, const Trial& base) {
   return std::isfinite(gain) ? gain : 0.0;
 }
 
-bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) {
+bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial& trial) {
+  const std::size_t records = problem.fitted().size();
   const Trial& base = step.base;
   // What takes most of a misfit matters, however small its size is called.
   if (!trial.sound || !trial.determined || (trial.size < 1.0 && !explains_most(trial, base))) return false;
@@ -95,6 +96,8 @@ bool claimable(const SearchStep& step, const Trial& trial, std::size_t records) 
   if (base.chi2 - trial.chi2 < kOverNoise * step.noise_gain) return false;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
   if (explains_most(trial, base)) return true;
+  if (explains_torque(problem, trial, base) && trial.wald > kSure && surely_better(trial, base) > kTold)
+    return true;
   if (base.left_out_chi2 <= trial.left_out_chi2) return false;
   // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
   const double better = surely_better(trial, base);
@@ -158,12 +161,12 @@ void enrich_claims(const GlobalProblem& problem, SearchStep& step, const std::ve
   }
 }
 
-void sort_and_claim(SearchStep& step, std::size_t records) {
+void sort_and_claim(const GlobalProblem& problem, SearchStep& step) {
   std::stable_sort(step.trials.begin(), step.trials.end(),
                    [](const Trial& a, const Trial& b) { return a.left_out_chi2 < b.left_out_chi2; });
   step.claims.clear();
   for (std::size_t k = 0; k < step.trials.size(); ++k) {
-    if (claimable(step, step.trials[k], records)) step.claims.push_back(k);
+    if (claimable(problem, step, step.trials[k])) step.claims.push_back(k);
   }
 }
 
@@ -178,6 +181,22 @@ bool explains_most(const Trial& trial, const Trial& base) {
   const double values = values_of(base), whole = base.chi2 - values, left = trial.chi2 - values;
   return base.chi2 > kBand * values && base.chi2 - trial.chi2 > kLargeGain * scale_of(trial) &&
          left < (1.0 - kMostOfIt) * whole;
+}
+
+double torque_chi2_per_value(const GlobalProblem& problem, const TorqueSums& torque) {
+  return torque.values() > 0.0 ? torque.chi2_beside(problem.transducer()) / torque.values() : 0.0;
+}
+
+bool torque_inside_band(const GlobalProblem& problem, const TorqueSums& torque) {
+  const double by_chance = kByChance * std::sqrt(2.0 / std::max(1.0, torque.values()));
+  return torque_chi2_per_value(problem, torque) < std::max(kBand, 1.0 + by_chance);
+}
+
+bool explains_torque(const GlobalProblem& problem, const Trial& trial, const Trial& base) {
+  const double before = torque_chi2_per_value(problem, base.torque),
+               after = torque_chi2_per_value(problem, trial.torque);
+  return kEffectInfos[trial.candidate.effect].needs == Needs::kTorque &&
+         !torque_inside_band(problem, base.torque) && after - 1.0 < (1.0 - kMostOfIt) * (before - 1.0);
 }
 
 bool same_worth(const Trial& best, const Trial& other, double whole, double values) {
@@ -218,7 +237,7 @@ std::vector<Candidate> candidates_for(const GlobalProblem& problem, const Workin
   for (std::size_t k = 0; k < kEffects; ++k) {
     if (model.has(k) || std::count(model.barred.begin(), model.barred.end(), k) > 0) continue;
     const EffectInfo& info = kEffectInfos[k];
-    if (info.needs == Needs::kTorque && !problem.has_torque()) continue;
+    if (info.correction || (info.needs == Needs::kTorque && !problem.has_torque())) continue;
     if (info.needs == Needs::kSeries && !series) continue;
     const std::string_view name = info.name;
     const bool heat = name == "rotor_heating" || name == "stator_heating";
@@ -257,9 +276,9 @@ SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record,
   }
   tell("done", wanted.size(), wanted.size());
   const double values = values_of(step.base);
-  sort_and_claim(step, which.size());
+  sort_and_claim(problem, step);
   enrich_claims(problem, step, step.claims, values);
-  sort_and_claim(step, which.size());
+  sort_and_claim(problem, step);
   prefer_laws(step, step.claims, values);
   find_confusable(step, values);
   return step;

@@ -21,6 +21,7 @@ inline constexpr double kSameShare = 0.03;  // of the whole excess: forms are ne
 inline constexpr std::size_t kMostTrials = 9;
 // chi2 a value that noise may leave: noise is never known better than this.
 inline constexpr double kBand = 1.3;
+inline constexpr double kByChance = 4.0;  // standard deviations; squares of few values are skew
 
 struct SearchProgress {
   std::string what;
@@ -53,6 +54,13 @@ bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Tri
 // thousands of standard errors off and all by itself: then no other record asks for it, and signs of blocks
 // cannot tell it from chance.
 bool explains_most(const Trial& trial, const Trial& base);
+
+// Whether noise and the accuracy of a torque bridge may leave this: few values, so by chance too.
+bool torque_inside_band(const GlobalProblem& problem, const TorqueSums& torque);
+double torque_chi2_per_value(const GlobalProblem& problem, const TorqueSums& torque);  // 0 without any
+
+// The same of the shaft torque, which is a few values among the current's many.
+bool explains_torque(const GlobalProblem& problem, const Trial& trial, const Trial& base);
 
 // Richer forms of one active effect, kept where they win much and not on one record alone.
 Trial enriched(const GlobalProblem& problem, const Trial& trial, std::size_t effect);

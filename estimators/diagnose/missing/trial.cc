@@ -16,6 +16,8 @@ namespace {
 // Trials are compared by far more than these.
 constexpr double kTrialTolerance = 1e-5;
 constexpr double kTrialEnough = 0.5;
+constexpr double kOfAccuracy =
+    0.75;  // a class of accuracy is a bound: three of its sigmas count as four of noise
 
 // Each record judged by parameters that it had no part in: with s_r and H_r its reduced gradient and normal
 // matrix, theta moves by (H - H_r)^-1 s_r when it is left out.
@@ -71,11 +73,39 @@ void add_strength(const GlobalProblem& problem, Trial& trial) {
   // The most certain of its amplitudes speaks for the effect.
   for (Eigen::Index a = 0; a < n; ++a) {
     const Eigen::Index r = rows[static_cast<std::size_t>(a)];
-    const double variance = fit.covariance(r, r);
+    const double unseen =
+        kOfAccuracy * trial.model.unseen_sigma(fit.free.shared[static_cast<std::size_t>(r)]);
+    const double variance = fit.covariance(r, r) + unseen * unseen;
     if (variance > 0.0)
       wald = std::max(wald, std::abs(values[static_cast<std::size_t>(a)]) / std::sqrt(variance));
   }
   trial.wald = wald;
+}
+
+// What errors of the torque transducer do to the fit, to first order: (considered, Schmidt 1966) they stay in
+// the data and move every parameter, friction first.
+void consider(const GlobalProblem& problem, const std::vector<std::size_t>& which, WorkingModel& model) {
+  model.unseen.clear();
+  const bool torque = std::any_of(model.active.begin(), model.active.end(), [](const Candidate& c) {
+    return kEffectInfos[c.effect].needs == Needs::kTorque;
+  });
+  if (!torque || model.considered.empty() || model.fit.noise_covariance.size() == 0) return;
+  std::vector<std::size_t> with_torque;
+  for (const std::size_t k : which) {
+    const auto& entry = problem.entries()[k];
+    if (entry.series && !entry.series->torque.empty()) with_torque.push_back(k);
+  }
+  Freedom free = model.fit.free;
+  for (const Prior& p : model.considered) free.shared.push_back(p.entry);
+  const auto n = static_cast<Eigen::Index>(model.fit.free.shared.size());
+  const Eigen::MatrixXd H = problem.evaluate(model.at, free, with_torque).normal;
+  Eigen::VectorXd square = Eigen::VectorXd::Zero(n);
+  for (std::size_t m = 0; m < model.considered.size(); ++m) {
+    const Eigen::VectorXd shift = model.considered[m].sigma * model.fit.noise_covariance *
+                                  H.col(n + static_cast<Eigen::Index>(m)).head(n);
+    square += shift.cwiseAbs2();
+  }
+  for (Eigen::Index m = 0; m < n; ++m) model.unseen.push_back(std::sqrt(square[m]));
 }
 
 // Of effects whose amplitudes belong to the records: how large they are, and how their mean square compares
@@ -156,9 +186,11 @@ Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& can
   const Freedom free = model.freedom();
   model.fit = fit_global(problem, model.at, free, which, options);
   model.at = model.fit.at;
+  consider(problem, which, model);
   trial.chi2 = model.fit.chi2;
   trial.left_out = left_out(model.fit.terms);
   trial.size_scatter = scatter_of_sizes(problem, model, candidate, which);
+  for (const RecordTerms& r : model.fit.terms.records) trial.torque.add(r.torque);
   model.fit.terms = {};  // as large as the data's normal equations, and not needed again
   for (const double x : trial.left_out) trial.left_out_chi2 += x;
   if (!std::isfinite(trial.left_out_chi2)) trial.left_out_chi2 = std::numeric_limits<double>::infinity();
@@ -294,6 +326,7 @@ Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
     out.error2 += r.error2;
     out.signal2 += r.signal2;
     out.chi2 += r.chi2;
+    out.torque.add(r.torque);
     out.values +=
         static_cast<double>(r.values) - static_cast<double>(problem.locals_of(which[k], free.local).size());
     const auto& entry = problem.entries()[which[k]];

@@ -21,6 +21,7 @@ struct Trial {
   double left_out_chi2 = 0.0;    // sum over records, each judged by the others
   std::vector<double> left_out;  // of each fitted entry
   double wald = 0.0;             // sqrt of the Wald statistic of its amplitudes, from record to record
+  TorqueSums torque;             // of the fitted entries
   double size = 0.0;             // largest amplitude over what matters to an engineer
   double size_scatter = 0.0;     // of a broken bar's values for each record, over their mean
 };
@@ -31,6 +32,7 @@ struct Judgement {
   double chi2 = 0.0, values = 0.0;
   double series_error2 = 0.0;    // A^2, of time series alone
   double noise2_variance = 0.0;  // of what noise makes of it
+  TorqueSums torque;             // of steady stretches of time series
   double edges2 = 0.0;  // what steps of the voltage may add that always fall on the same part of a sample
   double nrmse() const;
   double floor() const;

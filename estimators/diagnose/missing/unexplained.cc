@@ -8,6 +8,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "estimators/diagnose/missing/record_conditions.h"
+#include "estimators/diagnose/missing/search.h"
 
 namespace imrig::est {
 
@@ -118,6 +119,14 @@ Unexplained describe_unexplained(const GlobalProblem& problem, const Trial& tria
     if (slow > kBand)
       out.description += fmt::format("; the error itself{} is {:.3g} times its floor, by its slow part", name,
                                      std::sqrt(slow));
+  }
+  for (const auto& [name, entries] :
+       {std::pair{"", which}, std::pair{" of records held out", problem.holdout()}}) {
+    const Judgement j = judge(problem, trial.model, entries);
+    if (torque_inside_band(problem, j.torque)) continue;
+    if (trial.chi2 < kBand * static_cast<double>(trial.model.fit.values)) out.channel = "torque_Nm";
+    out.description += fmt::format("; the shaft torque{} of steady stretches is off by {:.3g} Nm rms", name,
+                                   j.torque.rmse_Nm());
   }
   if (!out.depends_on.empty())
     out.description += fmt::format("; it {} with {} (rank correlation {:+.2f})",

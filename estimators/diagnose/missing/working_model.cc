@@ -102,8 +102,15 @@ Freedom WorkingModel::freedom() const {
 }
 
 std::vector<Prior> WorkingModel::live_priors() const {
+  // What a DC test tells of R_s is another thing where the inverter keeps a part of the voltage, and where
+  // the phases differ: it fed some of them.
+  static const std::size_t drop = *effect_number("inverter_dead_time"),
+                           unbalance = *effect_number("stator_unbalance");
+  const bool spoiled = has(drop) || has(unbalance);
   std::vector<Prior> out = priors;
-  std::erase_if(out, [this](const Prior& p) { return p.entry >= kBase && has(effect_of_shared(p.entry)); });
+  std::erase_if(out, [&](const Prior& p) {
+    return p.entry < kBase ? spoiled && p.entry == 0 : has(effect_of_shared(p.entry));
+  });
   return out;
 }
 
@@ -122,7 +129,13 @@ double WorkingModel::gain_sigma() const {
 double WorkingModel::sigma(std::size_t entry) const {
   const std::string_view unit = entry < kBase ? "ohm" : shared_parameter(entry).unit;
   const bool impedance = unit.starts_with("ohm") || unit.starts_with("S");
-  return std::hypot(fit.sigma(entry), impedance ? gain_sigma() * at.shared[entry] : 0.0);
+  return std::hypot(fit.sigma(entry), unseen_sigma(entry), impedance ? gain_sigma() * at.shared[entry] : 0.0);
+}
+
+double WorkingModel::unseen_sigma(std::size_t entry) const {
+  const auto m = static_cast<std::size_t>(std::find(fit.free.shared.begin(), fit.free.shared.end(), entry) -
+                                          fit.free.shared.begin());
+  return m < unseen.size() ? unseen[m] : 0.0;
 }
 
 bool WorkingModel::has(std::size_t effect) const {
@@ -138,7 +151,7 @@ void fill_references(const GlobalProblem& problem, SharedVector<double>& shared)
   shared[entry_named("leakage_saturation", "psi_ref_Wb")] = problem.largest_current_A() * shared[2];
 }
 
-// The library's figures are those of a motor of a few kilowatts: 20 A, 0.2 ohm, 0.45 Wb.
+// The library's figures are those of a motor of a few kilowatts: 20 A, 0.2 ohm, 0.45 Wb, 20 Nm.
 double material_size(const GlobalProblem& problem, const SharedVector<double>& shared, std::size_t entry) {
   const EffectParameter& p = shared_parameter(entry);
   const std::string_view unit = p.unit;
@@ -147,8 +160,10 @@ double material_size(const GlobalProblem& problem, const SharedVector<double>& s
   if (unit == "ohm s") return p.scale * shared[1] / 0.2;
   if (unit == "V") return p.scale * std::max(0.1, shared[0] * current / 0.4);
   if (unit == "S" || unit == "S rad/s") return p.scale * current / flux;
-  if (unit == "Nm" || unit == "Nm s" || unit == "Nm s^2") return p.scale * current * flux;
-  if (unit == "Nm/A^2") return p.scale * flux / current;
+  const double torque =
+      problem.largest_torque_Nm() > 0.0 ? problem.largest_torque_Nm() / 20.0 : current * flux;
+  if (unit == "Nm" || unit == "Nm s" || unit == "Nm s^2") return p.scale * torque;
+  if (unit == "Nm/A^2") return p.scale * torque / (current * current);
   return p.scale;
 }
 
@@ -189,13 +204,18 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   admit("voltage_lag", kLagShare * problem.sample_time_s(), out);
   admit("current_offset", kOffsetShare * problem.largest_current_A(), out);
   admit("current_gain", accuracy.current_gain * std::sqrt(2.0 / 3.0), out);
+  if (problem.has_torque_of_series())
+    out.considered = {{entry_named("torque_sensor", "gain"), 0.0, problem.transducer().gain},
+                      {entry_named("torque_sensor", "offset_Nm"), 0.0, problem.transducer().zero_Nm}};
   return out;
 }
 
 void keep_in_reach(const Model& model, WorkingModel& working) {
   for (std::size_t k = 0; k < kBase; ++k) {
     const Parameter& came = model.*base_parameters()[k].place;
-    const double reach = std::isfinite(came.ci95_high) || is_start(came) ? kReach : kReachOfGuess;
+    // The inverter's drop on commanded voltages makes a DC test see many times R_s.
+    const bool sure = std::isfinite(came.ci95_high) && !came.found.starts_with("dc test");
+    const double reach = sure || is_start(came) ? kReach : kReachOfGuess;
     if (came.value > 0.0) working.base_reach[k] = {came.value / reach, came.value * reach};
   }
 }

@@ -32,19 +32,25 @@ struct WorkingModel {
   std::vector<Prior> priors;  // R_s as the DC test left it; sensor errors inside their declared accuracy
   std::vector<std::size_t>
       nuisances;  // entries that are free inside their accuracy, unless their effect is active
+  // Errors of the torque transducer, which no fit follows: friction would hide behind them. What they may do
+  // to the fit's free entries, one sigma; empty where no effect needs the torque.
+  std::vector<Prior> considered;
+  std::vector<double> unseen;
   double common_gain = 0.0;  // declared sigma of the mean gain error, current against voltage
   std::vector<std::size_t> barred;  // effects that the user has ruled out
   std::array<Bounds, kBase> base_reach = Freedom{}.base;  // where a search lets the base parameters go
 
   Freedom freedom() const;
-  std::vector<Prior> live_priors() const;  // without those of active effects
+  std::vector<Prior> live_priors() const;  // without those of active effects, and those that they spoil
   bool has(std::size_t effect) const;
   // Sigma of what the gain errors of all channels together do to every impedance, which no fit sees: as declared, and
   // where channels do not match each other by more than that, their mean is as unsure as three errors of that size make
   // it.
   double gain_sigma() const;
-  // Of a shared entry: the fit's, and of an impedance what the gains of the sensors may hide from every fit.
-  // NaN where it was not free.
+  // What errors of the transducer may do to a shared entry.
+  double unseen_sigma(std::size_t entry) const;
+  // Of a shared entry: the fit's, what it does not see, and of an impedance what the gains of the sensors may
+  // hide. NaN where it was not free.
   double sigma(std::size_t entry) const;
 };
 
@@ -55,8 +61,8 @@ std::vector<Candidate> active_effects(const Model& model);
 WorkingModel working_model(const GlobalProblem& problem, const Model& model);
 
 // Keeps the base parameters within five times what the model came with (identify's rough starts are as near
-// as that), thirty times where somebody gave it without an interval. No effect moves them further; where data
-// leave one open, a misfit of another kind would.
+// as that), thirty times where somebody gave it without an interval or a DC test did. No effect moves them
+// further; where data leave one open, a misfit of another kind would.
 void keep_in_reach(const Model& model, WorkingModel& working);
 
 // "R_r", ... that ended where the reach does.

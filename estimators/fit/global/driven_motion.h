@@ -25,6 +25,13 @@ struct DrivenCurrent {
   Eigen::Matrix<double, 2, N, Eigen::RowMajor> change;
 };
 
+// Shaft torque as the transducer shows it, N m, of the measured current (effect_machine.h), and its change.
+template <int N>
+struct DrivenTorque {
+  double value_Nm = 0.0;
+  Eigen::Matrix<double, 1, N> change;
+};
+
 // Inputs on straight lines between two samples.
 struct Segment {
   std::complex<double> v_0, dv;
@@ -137,6 +144,23 @@ class Tangent {
 
   DrivenCurrent<N> current(const Sample& s) const { return {s.value, s.D + s.C.lazyProduct(S_)}; }
 
+  // At sample k of the record.
+  DrivenTorque<N> torque(const PlainState& x, const DrivenRecord& record, std::size_t k,
+                         const Instant& at) const {
+    const FrameRecord& frame = record.frame;
+    const auto state = seeded(x);
+    const auto in = machine_.inside(state, frame.v[k], frame.w_r[k], at);
+    const Cx<Jet> off = Cx<Jet>(frame.i[k]) - machine_.measured_current(in, at);
+    const Jet airgap = machine_.airgap_torque_Nm(in, state, frame.pole_pairs) +
+                       machine_.torque_beside_Nm(in, state, off, frame.w_k, frame.pole_pairs);
+    const Jet shown = machine_.measured_torque_Nm(airgap * (1.0 / record.torque_gain()) -
+                                                  machine_.lost_torque_Nm(in, frame.pole_pairs));
+    Eigen::Matrix<double, 1, X> C;
+    Eigen::Matrix<double, 1, N> D;
+    take(shown, C, D, 0);
+    return {shown.a, D + C.lazyProduct(S_)};
+  }
+
   void advance(const Slope& from, const Slope& middle, const Slope& to, double h) {
     const Columns k1 = from.A.lazyProduct(S_) + from.B;
     Columns y = S_ + 0.5 * h * k1;
@@ -203,9 +227,9 @@ class Tangent {
   Columns S_;
 };
 
-template <int N, int X, class Visit>
+template <int N, int X, class Visit, class Torque>
 void drive_states(const DrivenRecord& record, int steps, const SharedVector<double>& shared,
-                  const LocalVector<double>& local, const Lanes& lanes, Visit&& visit) {
+                  const LocalVector<double>& local, const Lanes& lanes, Visit&& visit, Torque&& torque) {
   const PlainMachine machine(shared, local);
   Tangent<N, X> tangent(shared, local, lanes);
   using Sample = typename Tangent<N, X>::Sample;
@@ -232,6 +256,7 @@ void drive_states(const DrivenRecord& record, int steps, const SharedVector<doub
   Slope before = from.slope;
   for (std::size_t k = 0;; ++k) {
     visit(k, tangent.current(from));
+    if (torque.wants(k)) torque(k, tangent.torque(x, record, k, here));
     if (k + 1 == record.size()) return;
     const Segment s{record.frame.v[k],
                     record.frame.v[k + 1] - record.frame.v[k],
@@ -261,15 +286,15 @@ bool has_deep_layer(const SharedVector<double>& shared, const std::vector<std::s
 // How fast that layer settles, rad/s.
 double deep_layer_rate(const SharedVector<double>& shared);
 
-// Visits every sample of the record: visit(k, DrivenCurrent<N>). lanes and the states without one must fit
-// into N. steps: a sample.
-template <int N, class Visit>
+// Visits every sample of the record: visit(k, DrivenCurrent<N>), and torque(k, DrivenTorque<N>) where
+// torque.wants(k). lanes and the states without one must fit into N. steps: a sample.
+template <int N, class Visit, class Torque>
 void drive(const DrivenRecord& record, int steps, const SharedVector<double>& shared,
-           const LocalVector<double>& local, const Lanes& lanes, Visit&& visit) {
+           const LocalVector<double>& local, const Lanes& lanes, Visit&& visit, Torque&& torque) {
   if (has_deep_layer(shared, lanes.shared)) {
-    drive_states<N, 6>(record, steps, shared, local, lanes, visit);
+    drive_states<N, 6>(record, steps, shared, local, lanes, visit, torque);
   } else {
-    drive_states<N, 4>(record, steps, shared, local, lanes, visit);
+    drive_states<N, 4>(record, steps, shared, local, lanes, visit, torque);
   }
 }
 

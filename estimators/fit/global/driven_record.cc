@@ -104,6 +104,10 @@ Instant DrivenRecord::at(std::size_t k) const {
   return out;
 }
 
+double DrivenRecord::torque_gain() const {
+  return frame.filter_s > 0.0 ? std::norm(frame.filter_step().gain) : 1.0;
+}
+
 DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double longest_s) {
   DrivenRecord record;
   record.frame = to_frame(series, pole_pairs);
@@ -111,6 +115,8 @@ DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double long
   add_voltage_rate(record);
   add_rotor_turn(record);
   add_temperature(record, series);
+  record.torque = torque_windows(series.torque_Nm, record.frame, record.thinned);
+  weigh(record.torque);
   return record;
 }
 

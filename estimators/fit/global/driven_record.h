@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "estimators/fit/global/torque_windows.h"
 #include "estimators/model/effects/effect.h"
 #include "estimators/model/frame_record.h"
 
@@ -29,9 +30,12 @@ struct DrivenRecord {
   std::vector<std::complex<double>> voltage_rate;  // V/s, stationary derivative seen in the frame
   std::vector<double> stator_C;                    // empty: not measured
   std::vector<std::complex<double>> rotor_turn;    // exp(j (theta_r - theta_k)), theta_r = 0 at the start
+  std::vector<TorqueWindow> torque;                // steady stretches with a measured shaft torque
 
   std::size_t size() const { return frame.size(); }
   Instant at(std::size_t k) const;
+  // What the matched filter leaves of a torque of filtered flux and current.
+  double torque_gain() const;
 };
 
 // longest_s: sample time that thinning may make; 0: none.

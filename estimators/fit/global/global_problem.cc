@@ -46,13 +46,17 @@ Temperatures temperatures(const DataSet& data) {
   return n == 0 ? Temperatures{} : Temperatures{sum / static_cast<double>(n), high - low};
 }
 
+// NaN where neither it nor the shaft's power was measured.
+double shaft_torque_Nm(const SteadyPoint& p) {
+  return std::isfinite(p.torque_Nm) ? p.torque_Nm : p.p_out_W / std::max(1.0, std::abs(p.speed_rad_s));
+}
+
 // Sigma of each channel: declared, else a share of the largest value; a speed is rounded at least.
 PointNoise point_noise(const DataSet& data) {
   double current = 0.0, power = 0.0, torque = 0.0;
   for (const Record& record : data.records) {
     for (const SteadyPoint& p : record.points) {
-      const double T =
-          std::isfinite(p.torque_Nm) ? p.torque_Nm : p.p_out_W / std::max(1.0, std::abs(p.speed_rad_s));
+      const double T = shaft_torque_Nm(p);
       if (std::isfinite(p.i_peak_A)) current = std::max(current, p.i_peak_A);
       if (std::isfinite(p.p_in_W)) power = std::max(power, std::abs(p.p_in_W));
       if (std::isfinite(T)) torque = std::max(torque, std::abs(T));
@@ -111,6 +115,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
       left_out_.push_back({record.id, e.what()});
     }
   }
+  weigh_torque(theta.R_s);
   if (entries_.empty())
     throw Error("data set \"" + data.name + "\"", "has no record that can be simulated",
                 left_out_.empty() ? "" : left_out_.front().why);
@@ -120,6 +125,28 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
   rough[2] = theta.L_l;
   rough[3] = theta.L_m;
   refresh(rough);
+}
+
+void GlobalProblem::weigh_torque(double R_s_ohm) {
+  std::vector<const TorqueWindow*> windows;
+  for (const Entry& entry : entries_) {
+    for (std::size_t w = 0; entry.series && w < entry.series->torque.size(); ++w)
+      windows.push_back(&entry.series->torque[w]);
+  }
+  torque_refused_ = torque_contradiction(windows, R_s_ohm);
+  for (Entry& entry : entries_) {
+    if (entry.series && !torque_refused_.empty()) entry.series->torque.clear();
+  }
+  double largest_Nm = 0.0;
+  for (const Entry& entry : entries_) {
+    if (entry.series) largest_Nm = std::max(largest_Nm, est::largest_torque_Nm(entry.series->torque));
+  }
+  for (Entry& entry : entries_) {
+    if (entry.series) weigh(entry.series->torque, largest_Nm);
+  }
+  torque_of_series_ = largest_Nm > 0.0;
+  torque_ = torque_ || torque_of_series_;
+  largest_torque_Nm_ = std::max(largest_torque_Nm_, largest_Nm);
 }
 
 // Each row of a table is an experiment of its own.
@@ -143,7 +170,9 @@ void GlobalProblem::add_rows(std::size_t index) {
     entries_.push_back(std::move(entry));
     if (p.f_Hz > 5.0) largest_flux_ = std::max(largest_flux_, p.v_peak_V / (2.0 * kPi * p.f_Hz));
     if (std::isfinite(p.i_peak_A)) largest_current_ = std::max(largest_current_, p.i_peak_A);
-    torque_ = torque_ || std::isfinite(p.torque_Nm) || std::isfinite(p.p_out_W);
+    const double torque_Nm = shaft_torque_Nm(p);
+    torque_ = torque_ || std::isfinite(torque_Nm);
+    if (std::isfinite(torque_Nm)) largest_torque_Nm_ = std::max(largest_torque_Nm_, std::abs(torque_Nm));
   }
 }
 
@@ -167,7 +196,10 @@ GlobalProblem::GlobalProblem(const GlobalProblem& other)
       largest_flux_(other.largest_flux_),
       largest_current_(other.largest_current_),
       sample_time_(other.sample_time_),
-      torque_(other.torque_) {
+      largest_torque_Nm_(other.largest_torque_Nm_),
+      torque_refused_(other.torque_refused_),
+      torque_(other.torque_),
+      torque_of_series_(other.torque_of_series_) {
   for (const Entry& e : other.entries_) {
     entries_.push_back({e.index, e.id, e.holdout, e.record, e.point,
                         e.series ? std::make_unique<DrivenRecord>(*e.series) : nullptr,
@@ -208,6 +240,11 @@ void GlobalProblem::pretend(const GlobalPoint& at) {
     FrameRecord& frame = entry.series->frame;
     for (std::size_t n = frame.judged_from; n < frame.size(); ++n)
       frame.i[n] -= trace.error[n - frame.judged_from];
+    if (entry.series->torque.empty()) return;
+    RecordTrace again;  // of the current that is there now
+    evaluate_one(k, at.shared, at.local[k], {}, &again);
+    for (std::size_t w = 0; w < again.torque_Nm.size(); ++w)
+      entry.series->torque[w].mean_Nm = again.torque_Nm[w];
   });
 }
 

@@ -17,6 +17,9 @@
 
 namespace imrig::est {
 
+// What the zero of a torque bridge is good for, of the largest torque.
+inline constexpr double kTorqueZero = 5e-4;
+
 // Where a fit stands.
 struct GlobalPoint {
   SharedVector<double> shared{};
@@ -86,6 +89,11 @@ class GlobalProblem {
   double mean_stator_C() const { return mean_stator_C_; }
   bool has_stator_C() const { return spread_stator_C_ > 1.0; }  // a winding temperature that moves, K
   bool has_torque() const { return torque_; }
+  bool has_torque_of_series() const { return torque_of_series_; }
+  double largest_torque_Nm() const { return largest_torque_Nm_; }  // of tables and steady stretches; 0: none
+  TransducerAccuracy transducer() const { return {.zero_Nm = kTorqueZero * largest_torque_Nm_}; }
+  // Why the torque of the series is not judged: torque_windows.h. Empty: it is, or there is none.
+  const std::string& torque_refused() const { return torque_refused_; }
   double largest_flux_Wb() const { return largest_flux_; }
   double largest_current_A() const { return largest_current_; }
   // Steps and whitening for a better circuit than the first.
@@ -123,6 +131,7 @@ class GlobalProblem {
 
  private:
   void add_rows(std::size_t index);
+  void weigh_torque(double R_s_ohm);
 
   const DataSet& data_;
   int threads_;
@@ -133,7 +142,9 @@ class GlobalProblem {
   double mean_stator_C_ = kMissing, spread_stator_C_ = 0.0;
   double largest_flux_ = 0.1, largest_current_ = 1.0;
   double sample_time_ = 0.0;
-  bool torque_ = false;
+  double largest_torque_Nm_ = 0.0;
+  std::string torque_refused_;
+  bool torque_ = false, torque_of_series_ = false;
 };
 
 }  // namespace imrig::est

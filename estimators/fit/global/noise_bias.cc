@@ -13,6 +13,7 @@ Eigen::VectorXd noise_gradient(const DrivenRecord& record, const Whitener& white
   std::fill(pulse.frame.v.begin(), pulse.frame.v.end(), 0.0);
   std::fill(pulse.frame.i.begin(), pulse.frame.i.end(), 0.0);
   std::fill(pulse.voltage_rate.begin(), pulse.voltage_rate.end(), 0.0);
+  pulse.torque.clear();
   // Where the filter has settled.
   pulse.frame.v[pulse.size() / 3] = 1.0;
   SharedVector<double> bare = shared;

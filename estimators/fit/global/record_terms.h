@@ -1,7 +1,7 @@
 #pragma once
-// One record's part of the least-squares problem: whitened errors e of the current (and of the measured shaft
-// torque), their Jacobian J along the machine's motion (driven_motion.h), and the sums that every step, test
-// and interval is made from:
+// One record's part of the least-squares problem: whitened errors e of the current, and of the shaft torque's
+// means over steady stretches where it was measured (torque_windows.h), their Jacobian J along the machine's
+// motion (driven_motion.h), and the sums that every step, test and interval is made from:
 //   chi2 = e'e,  gradient = J'e,  normal = J'J
 // over the lanes in their order. Sums over stretches of the record allow for noise that is not what it was
 // declared to be.
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "estimators/fit/global/lanes.h"
+#include "estimators/fit/global/torque_sums.h"
 #include "estimators/fit/global/whitener.h"
 #include "estimators/model/effects/effect_list.h"
 
@@ -26,12 +27,14 @@ struct RecordTerms {
   Eigen::MatrixXd stretch_gradient;  // lanes x kStretches
   std::array<double, kStretches> stretch_chi2{};
   double error2 = 0.0, signal2 = 0.0;  // raw, A^2
+  TorqueSums torque;                   // of chi2 and values
 };
 
 // What an evaluation may be asked for beside the sums.
 struct RecordTrace {
   std::vector<std::complex<double>> error;     // measured less predicted, A, in the frame, from judged_from
   std::vector<std::complex<double>> whitened;  // likewise
+  std::vector<double> torque_Nm;               // predicted, one a window of the record
   Eigen::MatrixXd rows;                        // whitened Jacobian, two rows a sample, if wanted
   bool want_rows = false;
 };

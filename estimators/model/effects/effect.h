@@ -57,6 +57,7 @@ struct EffectInfo {
   std::span<const EffectParameter> shared;      // one value for the motor
   std::span<const EffectParameter> local = {};  // one value a record
   const char* alike = "";                       // physics outside the library with the same equation
+  bool correction = false;                      // of a sensor: never claimed, and not counted in the library
 };
 
 inline constexpr double kUnknown_C = -1e9;  // no temperature was measured
@@ -127,10 +128,12 @@ struct EffectLaw {
   void skin(T&, const Cx<T>& /*psi_r*/, const Cx<T>& /*i_r*/) const {}
   // The current of a deep layer: the bar's current less what the top carries (psi_r sees R_r (1 + rise)).
   void layer(T& /*rise*/, T& /*corner_rad_s*/) const {}
-  // Shaft torque lost, N m; w_M mechanical.
-  void lost_torque(T&, const T& /*w_M*/, const Cx<T>& /*i_r*/) const {}
+  // Shaft torque lost, N m; w_M mechanical; i at the terminals.
+  void lost_torque(T&, const T& /*w_M*/, const Cx<T>& /*i_r*/, const Cx<T>& /*i*/) const {}
   // Current as the sensors show it.
   void measured_current(Cx<T>&, const Instant&) const {}
+  // Shaft torque likewise, N m.
+  void measured_torque(T&) const {}
 };
 
 // x -> factor x exp(-2 j theta_k) of a conjugated vector: a negative sequence, seen in the frame.

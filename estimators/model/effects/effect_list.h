@@ -22,6 +22,7 @@
 #include "estimators/model/effects/stator_unbalance.h"
 #include "estimators/model/effects/stray_load_loss.h"
 #include "estimators/model/effects/supply_unbalance.h"
+#include "estimators/model/effects/torque_sensor.h"
 #include "estimators/model/effects/voltage_lag.h"
 
 namespace imrig::est {
@@ -31,7 +32,7 @@ using EffectLaws =
     std::tuple<MagnetizingSaturation<T>, LeakageSaturation<T>, RotorSkinEffect<T>, RotorHeating<T>,
                StatorHeating<T>, CoreLoss<T>, FrictionWindage<T>, StrayLoadLoss<T>, InverterDeadTime<T>,
                VoltageLag<T>, CurrentOffset<T>, CurrentGain<T>, SupplyUnbalance<T>, StatorUnbalance<T>,
-               BrokenBar<T>, SpeedBias<T>>;
+               BrokenBar<T>, SpeedBias<T>, TorqueSensor<T>>;
 
 inline constexpr std::size_t kEffects = std::tuple_size_v<EffectLaws<double>>;
 inline constexpr std::size_t kBase = 4;  // R_s, R_r, L_l, L_m
@@ -44,6 +45,13 @@ constexpr std::array<EffectInfo, sizeof...(K)> infos_of(std::index_sequence<K...
 }
 inline constexpr std::array<EffectInfo, kEffects> kEffectInfos =
     infos_of(std::make_index_sequence<kEffects>());
+
+// Those that may be claimed: corrections are not.
+inline constexpr std::size_t kLibrary = [] {
+  std::size_t n = 0;
+  for (const EffectInfo& info : kEffectInfos) n += info.correction ? 0u : 1u;
+  return n;
+}();
 
 // First entry of each effect; the last entry is the vector's length.
 constexpr std::array<std::size_t, kEffects + 1> places_of(

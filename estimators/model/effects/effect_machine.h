@@ -55,6 +55,8 @@ class EffectMachine {
     Cx<T> i;        // terminals, A
     Cx<T> e_s;      // dpsi_s/dt in the stationary frame, V
     Cx<T> i_rotor;  // into the cage, A
+    T R_s{};        // ohm, as warm as it is
+    T iron_at_stator{};  // 1/ohm
   };
 
   Inside inside(const State& x, std::complex<double> v_given, double w_r, const Instant& at) const {
@@ -75,6 +77,8 @@ class EffectMachine {
       law.stator_asymmetry(asymmetry, i.stator, at);
     });
     const T R_s = base_.R_s * stator;
+    out.R_s = R_s;
+    out.iron_at_stator = iron.at_stator;
     v = v - scaled(base_.R_s, asymmetry);
     out.i = scaled(1.0 / (1.0 + iron.at_stator * R_s), i.stator + scaled(iron.at_stator, v));
     out.e_s = v - scaled(R_s, out.i);
@@ -118,11 +122,32 @@ class EffectMachine {
 
   // N m; w_r electrical.
   T shaft_torque_Nm(const Inside& in, const State& x, int pole_pairs) const {
-    const T airgap = (1.5 * pole_pairs) * (x.psi_r.re * in.i_rotor.im - x.psi_r.im * in.i_rotor.re);
+    return airgap_torque_Nm(in, x, pole_pairs) - lost_torque_Nm(in, pole_pairs);
+  }
+  T airgap_torque_Nm(const Inside& in, const State& x, int pole_pairs) const {
+    return (1.5 * pole_pairs) * (x.psi_r.re * in.i_rotor.im - x.psi_r.im * in.i_rotor.re);
+  }
+  T lost_torque_Nm(const Inside& in, int pole_pairs) const {
     T lost(0.0);
     const T w_M = in.w_r * (1.0 / pole_pairs);
-    each([&](const auto& law) { law.lost_torque(lost, w_M, in.i_rotor); });
-    return airgap - lost;
+    each([&](const auto& law) { law.lost_torque(lost, w_M, in.i_rotor, in.i); });
+    return lost;
+  }
+
+  // What the air-gap torque gains where the terminals' current is off by `off` from the model's, at the
+  // measured voltage: the flux moves by what R_s drops, slowly.
+  T torque_beside_Nm(const Inside& in, const State& x, const Cx<T>& off, double w_k, int pole_pairs) const {
+    const Cx<T> flux = x.psi_s + turned(in.R_s * (1.0 / w_k), off);
+    const Cx<T> winding = in.i - scaled(in.iron_at_stator, in.e_s);
+    const Cx<T> beside = winding + scaled(1.0 + in.iron_at_stator * in.R_s, off);
+    return (1.5 * pole_pairs) * ((flux.re * beside.im - flux.im * beside.re) -
+                                 (x.psi_s.re * winding.im - x.psi_s.im * winding.re));
+  }
+
+  // N m, as the transducer shows it.
+  T measured_torque_Nm(T torque) const {
+    each([&](const auto& law) { law.measured_torque(torque); });
+    return torque;
   }
 
  private:

@@ -35,7 +35,7 @@ class FrictionWindage : public EffectLaw<T> {
 
   FrictionWindage(const T* p, const T*) : p_(p), active_(live(p, 3)) {}
 
-  void lost_torque(T& torque, const T& w_M, const Cx<T>&) const {
+  void lost_torque(T& torque, const T& w_M, const Cx<T>&, const Cx<T>&) const {
     if (!active_) return;
     const double w = value_of(w_M);
     const double sign = w > kRest_rad_s ? 1.0 : w < -kRest_rad_s ? -1.0 : w / kRest_rad_s;

@@ -59,7 +59,8 @@ TEST(Effects, NamesAreUniqueAndEveryOneExplainsItself) {
       EXPECT_TRUE(!form.local || !info.local.empty()) << info.name;
     }
   }
-  EXPECT_EQ(names.size(), 16u);
+  EXPECT_EQ(kLibrary, 16u);
+  EXPECT_EQ(names.size(), kLibrary + 1) << "and the torque sensor, a correction";
 }
 
 TEST(Effects, NeutralValuesLieInsideTheBoundsAndShapesAreScannedInsideThem) {

@@ -133,7 +133,8 @@ TEST(Waterfall, StandsOverWhatNoiseLeaves) {
   est::Search search;
   est::SearchChange change;
   change.text = "as it came";
-  change.fitted = {4.0, 100.0, 1.0, 400.0, 100.0};
+  change.fitted.error2 = 4.0, change.fitted.signal2 = 100.0, change.fitted.noise2 = 1.0;
+  change.fitted.chi2 = 400.0, change.fitted.values = 100.0;
   search.changes.push_back(change);
   const auto falls = waterfall(search);
   ASSERT_EQ(falls.size(), 1u);

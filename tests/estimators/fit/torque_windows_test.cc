@@ -1,0 +1,209 @@
+// Shaft torque of time series as a balance, against the textbook's T circuit: T = (3/2) n_p R_r |i_r|^2 /
+// w_slip.
+
+#include "estimators/fit/global/torque_windows.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "estimators/fit/global/global_problem.h"
+#include "estimators/model/effects/registry.h"
+#include "tests/estimators/fit/synthetic.h"
+
+namespace imrig::est {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kStep_s = 200e-6;
+
+MachineParameters<double> truth(const synthetic::Motor& m) {
+  const double L_s = m.L_ls + m.L_m, L_r = m.L_lr + m.L_m, k = m.L_m / L_r;
+  return {m.R_s, m.R_r * k * k, L_s - m.L_m * k, m.L_m * k};
+}
+
+double textbook_torque_Nm(const synthetic::Motor& m, double v_peak_V, double f_Hz, double slip) {
+  const double w = 2.0 * kPi * f_Hz;
+  const Complex stator(m.R_s, w * m.L_ls), magnetizing(0.0, w * m.L_m), rotor(m.R_r / slip, w * m.L_lr);
+  const Complex i_s = v_peak_V / (stator + magnetizing * rotor / (magnetizing + rotor));
+  const Complex i_r = i_s * magnetizing / (magnetizing + rotor);
+  return 1.5 * m.pole_pairs * m.R_r * std::norm(i_r) / (slip * w);
+}
+
+struct Drive {
+  double relative_f = 1.0, slip = 0.03, step = 0.0, filter_s = 0.0;
+};
+
+// Steady, with the torque that a transducer would show.
+Record record_of(const synthetic::Motor& m, const Drive& d, double lost_Nm = 0.0) {
+  auto c = synthetic::step_case(m, 0.9 * std::abs(d.relative_f), d.relative_f, d.slip, kStep_s, 1600);
+  c.step = d.step, c.filter_s = d.filter_s;
+  Record out;
+  out.id = "steady";
+  out.kind = RecordKind::kSteady;
+  out.series = synthetic::record(m, c);
+  out.series.voltage_filter_s = d.filter_s;
+  const double torque_Nm = textbook_torque_Nm(m, c.v_peak_V, std::abs(c.f_Hz), d.slip) - lost_Nm;
+  out.series.torque_Nm.assign(out.series.size(), d.relative_f > 0.0 ? torque_Nm : -torque_Nm);
+  return out;
+}
+
+DataSet set_of(const synthetic::Motor& m, std::vector<Record> records) {
+  DataSet data;
+  data.name = m.name, data.pole_pairs = m.pole_pairs;
+  data.noise = {1e-3, 1e-3, 1e-6, kMissing, kMissing};
+  data.records = std::move(records);
+  return data;
+}
+
+SharedVector<double> at(const MachineParameters<double>& p) {
+  SharedVector<double> out{p.R_s, p.R_r, p.L_l, p.L_m};
+  for (std::size_t e = kBase; e < kShared; ++e) out[e] = shared_parameter(e).neutral;
+  return out;
+}
+
+std::size_t entry_of(const std::string& name) {
+  for (std::size_t e = kBase; e < kShared; ++e) {
+    if (shared_name(e) == name) return e;
+  }
+  ADD_FAILURE() << name;
+  return 0;
+}
+
+// Model's torque over measured, of the first record.
+double predicted_over_measured(const DataSet& data, const MachineParameters<double>& p) {
+  const GlobalProblem problem(data, p, 1);
+  GlobalPoint point = problem.start(at(p));
+  problem.settle(point, {0, 1, 2, 3}, problem.all());
+  RecordTrace trace;
+  problem.evaluate_one(0, point.shared, point.local[0], {}, &trace);
+  EXPECT_EQ(trace.torque_Nm.size(), 1u);
+  return trace.torque_Nm.empty() ? 0.0 : trace.torque_Nm[0] / problem.entries()[0].series->torque[0].mean_Nm;
+}
+
+TEST(ShaftTorque, IsTheTextbooksForEveryMotorSpeedAndDirection) {
+  for (const auto& motor : synthetic::motors()) {
+    for (const double f : {0.3, 1.0, -0.7}) {
+      const DataSet data = set_of(motor, {record_of(motor, {f, motor.slip})});
+      EXPECT_NEAR(predicted_over_measured(data, truth(motor)), 1.0, 2e-4) << motor.name << " at " << f;
+    }
+  }
+}
+
+TEST(ShaftTorque, HangsOnThePowerAndNotOnTheSlip) {
+  const auto& motor = synthetic::motors()[1];
+  auto p = truth(motor);
+  p.R_r *= 1.3;
+  EXPECT_NEAR(predicted_over_measured(set_of(motor, {record_of(motor, {1.0, motor.slip})}), p), 1.0, 3e-3);
+}
+
+TEST(ShaftTorque, BehindAFilterOfTheVoltageIsTheSame) {
+  const auto& motor = synthetic::motors()[1];
+  const DataSet data = set_of(motor, {record_of(motor, {.slip = motor.slip, .filter_s = 1e-3})});
+  EXPECT_NEAR(predicted_over_measured(data, truth(motor)), 1.0, 3e-4);
+}
+
+TEST(ShaftTorque, LessFrictionIsWhatFrictionTakes) {
+  const auto& motor = synthetic::motors()[1];
+  const DataSet data = set_of(motor, {record_of(motor, {1.0, motor.slip}, 0.8)});
+  const auto p = truth(motor);
+  const GlobalProblem problem(data, p, 1);
+  GlobalPoint point = problem.start(at(p));
+  problem.settle(point, {0, 1, 2, 3}, problem.all());
+  const auto chi2 = [&] {
+    return problem.evaluate(point, {{}, {}}, problem.all()).records[0].torque.chi2_beside({});
+  };
+  const double without = chi2();
+  point.shared[entry_of("friction_windage.coulomb_Nm")] = 0.8;
+  EXPECT_GT(without, 50.0);
+  EXPECT_LT(chi2(), 0.1);
+}
+
+TEST(ShaftTorque, HasTheDerivativesOfDifferences) {
+  const auto& motor = synthetic::motors()[1];
+  const DataSet data = set_of(motor, {record_of(motor, {0.8, motor.slip, 0.1, 5e-4}, 0.5)});
+  const auto p = truth(motor);
+  const GlobalProblem problem(data, p, 1);
+  GlobalPoint point = problem.start(at(p));
+  for (const auto& [name, value] : {std::pair{"core_loss.eddy_S", 1e-3},
+                                    {"core_loss.place", 0.4},
+                                    {"friction_windage.coulomb_Nm", 0.3},
+                                    {"friction_windage.windage_Nms2", 1e-5},
+                                    {"stray_load_loss.drag_Nm_per_A2", 1e-3},
+                                    {"stray_load_loss.speed_exponent", 0.7},
+                                    {"stray_load_loss.stator_share", 0.3},
+                                    {"torque_sensor.gain", 0.01},
+                                    {"torque_sensor.offset_Nm", 0.1}})
+    point.shared[entry_of(name)] = value;
+  problem.settle(point, {0, 1, 2, 3}, problem.all());
+  Freedom free{{0, 1, 2, 3}, {}};
+  for (std::size_t e = kBase; e < kShared; ++e) {
+    const std::string effect = kEffectInfos[effect_of_shared(e)].name;
+    if (effect == "friction_windage" || effect == "stray_load_loss" || effect == "torque_sensor" ||
+        shared_name(e) == "core_loss.eddy_S")
+      free.shared.push_back(e);
+  }
+  const GlobalTerms terms = problem.evaluate(point, free, problem.all());
+  for (std::size_t m = 0; m < free.shared.size(); ++m) {
+    GlobalPoint above = point, below = point;
+    const double x = point.shared[free.shared[m]], h = 1e-4 * std::max(std::abs(x), 1e-3);
+    above.shared[free.shared[m]] += h, below.shared[free.shared[m]] -= h;
+    const double slope = (problem.evaluate(above, free, problem.all()).chi2 -
+                          problem.evaluate(below, free, problem.all()).chi2) /
+                         (4.0 * h);
+    const double gradient = terms.gradient[static_cast<Eigen::Index>(m)];
+    EXPECT_NEAR(gradient, slope, 2e-3 * std::abs(slope) + 1e-6) << shared_name(free.shared[m]);
+  }
+}
+
+TEST(TorqueWindows, AreCutWhereTheSpeedMovesAndLeftOutWhereItNeverStands) {
+  const auto& motor = synthetic::motors()[1];
+  const double w_0 = 2.0 * kPi * motor.f_Hz / motor.pole_pairs;
+  auto c = synthetic::step_case(motor, 0.9, 1.0, motor.slip, kStep_s, 8000);
+  c.fine = 4;
+  const auto windows = [&](const std::function<double(double)>& speed) {
+    c.speed_rad_s = speed;
+    TimeSeries series = synthetic::record(motor, c);
+    series.torque_Nm.assign(series.size(), 10.0);
+    return driven_record(series, motor.pole_pairs).torque;
+  };
+  EXPECT_EQ(windows([&](double) { return 0.97 * w_0; }).size(), 1u);
+  EXPECT_TRUE(windows([&](double t) { return 0.3 * w_0 * (1.0 + t); }).empty()) << "it runs up";
+  const auto halves = windows([&](double t) { return w_0 * (t < 0.8 ? 0.98 : 0.96); });
+  EXPECT_GE(halves.size(), 2u);
+  for (const TorqueWindow& w : halves) EXPECT_LT(w.hidden_Nm, 0.02 * w.apparent_Nm);
+  EXPECT_TRUE(windows([](double) { return 0.0; }).empty()) << "friction of a shaft at rest is anything";
+}
+
+TEST(TorqueWindows, OfAWrongSignOrUnitAreRefused) {
+  const auto& motor = synthetic::motors()[1];
+  const auto refused = [&](double factor, double lost_Nm) {
+    std::vector<Record> records;
+    for (const double slip : {0.01, 0.02, 0.04}) records.push_back(record_of(motor, {1.0, slip}, lost_Nm));
+    for (Record& r : records) {
+      for (double& T : r.series.torque_Nm) T *= factor;
+    }
+    const DataSet data = set_of(motor, std::move(records));
+    return GlobalProblem(data, truth(motor), 1).torque_refused();
+  };
+  EXPECT_EQ(refused(1.0, 0.0), "");
+  EXPECT_EQ(refused(1.0, 2.0), "") << "friction is no factor";
+  EXPECT_NE(refused(-1.0, 0.0).find("-1"), std::string::npos);
+  EXPECT_NE(refused(0.7376, 0.0).find("0.738"), std::string::npos) << "pound-feet";
+}
+
+TEST(TorqueSums, LeaveATransducerItsAccuracyAndNoMore) {
+  TorqueSums off;
+  for (const double T : {2.0, 5.0, 10.0, 20.0}) off.add(0.002 * T + 0.01, T, 0.01);
+  const TransducerAccuracy accuracy{0.002, 0.01};
+  // One sigma of each: the penalty is near 1 + 1, what is left of the errors near nothing.
+  EXPECT_LT(off.chi2_beside(accuracy), 2.0);
+  EXPECT_GT(off.chi2_beside({1e-9, 1e-9}), 25.0);
+  TorqueSums scattered;
+  for (const double sign : {1.0, -1.0, 1.0, -1.0}) scattered.add(sign * 0.05, 10.0, 0.01);
+  EXPECT_NEAR(scattered.chi2_beside(accuracy), 100.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace imrig::est
