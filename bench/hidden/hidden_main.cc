@@ -49,6 +49,8 @@ void tell(const Outcome& o) {
              o.verdict, o.named.empty() ? "none" : o.named, o.estimate, joined(o.confusable),
              joined(o.accepted), o.sqrt_lambda, o.d, o.chi2_before, o.chi2_after, o.base_holdout_over_floor,
              o.holdout_over_floor, o.seconds);
+  if (o.nothing_over_floor)
+    fmt::print(stderr, "  nothing hidden, same noise: hold-out/floor {:.3f}\n", *o.nothing_over_floor);
 }
 
 void tell(const FollowUp& f) {
@@ -108,14 +110,30 @@ Options parse(int argc, char** argv) {
   return o;
 }
 
+// The cell with nothing hidden whose sensors are the same.
+const Cell& without(const Cell& hidden) {
+  const auto any = [&](bool Kind::*what) {
+    return std::any_of(hidden.hidden.begin(), hidden.hidden.end(),
+                       [&](const auto& name) { return kind(name).*what; });
+  };
+  return cell(any(&Kind::commanded) ? "nothing_commanded"
+              : any(&Kind::torque)  ? "nothing_torque"
+                                    : "nothing");
+}
+
 int body(int argc, char** argv) {
   const Options options = parse(argc, argv);
   Marks marks;
   std::uint64_t seed = options.first;  // every run its own machine
   for (int run = 0; run < options.runs; ++run) {
     for (const Job& job : options.jobs) {
-      const Outcome outcome = score(make_sealed(*job.cell, job.strength, seed++, options.seal), 2,
-                                    options.follow ? &options.seal : nullptr);
+      Outcome outcome = score(make_sealed(*job.cell, job.strength, seed, options.seal), 2,
+                              options.follow ? &options.seal : nullptr);
+      if (outcome.failed.empty() && !outcome.seal.outside && !outcome.seal.truth.empty() &&
+          !outcome.at_floor())
+        outcome.nothing_over_floor =
+            score(make_sealed(without(*job.cell), job.strength, seed, options.seal)).holdout_over_floor;
+      ++seed;
       tell(outcome);
       if (outcome.follow) tell(*outcome.follow);
       marks.count(outcome);

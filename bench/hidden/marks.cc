@@ -7,8 +7,7 @@
 namespace imrig::bench {
 namespace {
 
-constexpr double kSeen = 10.0;                        // sqrt lambda from which an effect must be named
-constexpr double kAtFloor = 1.05;
+constexpr double kSeen = 10.0;                          // sqrt lambda from which an effect must be named
 constexpr double kOutside = 20.0, kOutsideSure = 40.0;  // the same of what the library lacks
 
 void print(const char* name, const Share& s, double target, bool higher, const std::string& note, bool json) {
@@ -46,7 +45,7 @@ void Marks::count(const Outcome& o) {
   false_of_accepted_.add(o.false_accepted, accepted);
   covered_.add(o.covered, o.intervals);
   if (o.seal.truth.empty()) {
-    nothing_at_floor_.count(o.holdout_over_floor <= kAtFloor);
+    nothing_at_floor_.count(o.at_floor());
     return false_claim_.count(!o.named.empty());
   }
   if (o.seal.truth.size() > 2) return triples_exact_.count(o.exact());
@@ -77,7 +76,8 @@ void Marks::count_seen(const Outcome& o) {
   in_set_.count(o.set_holds_truth());
   set_sizes_ += static_cast<double>(o.confusable.size());
   excess_.count(o.excess_removed() >= 0.98);
-  at_floor_.count(o.holdout_over_floor <= kAtFloor);
+  at_floor_.count(o.at_floor());
+  at_chance_.count(o.at_chance());
 }
 
 void Marks::print_all(bool json) const {
@@ -93,6 +93,8 @@ void Marks::print_all(bool json) const {
   print("hidden_triples_exact", triples_exact_, 95.0, true, "no mark asks for it", json);
   print("hidden_excess", excess_, 98.0, true, "runs where 98 % of the excess chi2 went", json);
   print("hidden_at_floor", at_floor_, 95.0, true, "hold-out nrmse at most 1.05 x floor", json);
+  print("hidden_at_chance", at_chance_, 95.0, true,
+        "or at most 1.05 x what the same noise leaves where nothing is hidden", json);
   print("hidden_floor_itself", nothing_at_floor_, 95.0, true, "the same where nothing is hidden: what chance leaves", json);
   print("hidden_covered", covered_, 95.0, true, "95 % intervals of R_s, R_r, L_l, L_m hold the machine's; 93 to 97 asked", json);
   print("hidden_wrong_blame_20", blamed_, 10.0, false,

@@ -19,7 +19,8 @@ class Marks {
   void count_seen(const Outcome& outcome);
   void count_followed(const FollowUp& follow);
 
-  Share spoke_, false_claim_, first_, in_set_, false_of_accepted_, exact_, triples_exact_, excess_, at_floor_, nothing_at_floor_, covered_;
+  Share spoke_, false_claim_, first_, in_set_, false_of_accepted_, exact_, triples_exact_, excess_, at_floor_,
+      at_chance_, nothing_at_floor_, covered_;
   Share blamed_, blamed_surely_, refused_, unknown_, raised_, settled_;
   int references_ = 0;
   double set_sizes_ = 0.0;

@@ -14,6 +14,8 @@
 namespace imrig::bench {
 namespace {
 
+constexpr double kAtFloor = 1.05;
+
 // What somebody knows who has the name plate alone.
 est::Model rough(const Machine& m) {
   est::Model model;
@@ -107,6 +109,12 @@ bool Outcome::set_holds_truth() const {
 bool Outcome::set_holds_rival() const {
   return std::any_of(confusable.begin(), confusable.end(),
                      [&](const std::string& name) { return !holds(name); });
+}
+
+bool Outcome::at_floor() const { return holdout_over_floor <= kAtFloor; }
+
+bool Outcome::at_chance() const {
+  return holdout_over_floor <= kAtFloor * std::max(1.0, nothing_over_floor.value_or(1.0));
 }
 
 bool Outcome::exact() const {

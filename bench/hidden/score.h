@@ -22,6 +22,9 @@ struct Outcome {
   double chi2_before = 0.0, chi2_after = 0.0;  // a fitted value
   double excess = 0.0;                         // sqrt of the chi2 above what noise leaves, before
   double holdout_over_floor = 0.0, base_holdout_over_floor = 0.0;
+  // Of the same machine and noise with nothing hidden, where the former lies above 1.05: what chance made of
+  // it.
+  std::optional<double> nothing_over_floor;
   int false_accepted = 0;          // neither hidden nor told to be confusable with what was
   int covered = 0, intervals = 0;  // 95 % intervals of R_s, R_r, L_l, L_m, where the model can be the plant
   double seconds = 0.0;
@@ -31,6 +34,8 @@ struct Outcome {
   bool named_first() const { return holds(named); }
   bool set_holds_truth() const;
   bool set_holds_rival() const;
+  bool at_floor() const;          // hold-out nrmse at most 1.05 x floor
+  bool at_chance() const;         // or as high with nothing hidden
   bool exact() const;             // accepted is what was hidden
   double excess_removed() const;  // share; 1 where there was none
 };

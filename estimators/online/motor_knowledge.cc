@@ -81,9 +81,9 @@ void take_iron(const Model& model, MotorKnowledge& k) {
     k.iron_place = parameter_or(loss, "place", 0.5);
   }
   if (const auto* s = named(model.effects, "magnetizing_saturation")) {
-    k.saturation = {parameter_or(s, "extra", 0.0), parameter_or(s, "exponent", 6.0),
-                    parameter_or(s, "place", 0.5), parameter_or(s, "bend", 0.0),
-                    parameter_or(s, "psi_ref_Wb", 0.5)};
+    k.saturation = {parameter_or(s, "extra", 0.0),      parameter_or(s, "exponent", 6.0),
+                    parameter_or(s, "place", 0.5),      parameter_or(s, "bend", 0.0),
+                    parameter_or(s, "psi_ref_Wb", 0.5), parameter_or(s, "onset", 0.0)};
   }
 }
 

@@ -150,7 +150,10 @@ Search search(const GlobalProblem& problem, const WorkingModel& start, const Sea
   settle_rivals(problem, start, out);
   Trial last_fit = finished(problem, out.final.model, problem.fitted());
   if (last_fit.sound) out.final = std::move(last_fit);
-  const SearchChange& last = out.changes.back();
+  // Where the last fit left it.
+  SearchChange& last = out.changes.back();
+  last.fitted = judge(problem, out.final.model, problem.fitted());
+  last.holdout = judge(problem, out.final.model, problem.holdout());
   out.at_floor = inside_band(problem, last.fitted) && inside_band(problem, last.holdout);
   return out;
 }

@@ -91,8 +91,8 @@ struct Iron {
 template <class T>
 struct IronBends {
   struct Law {
-    T extra{}, exponent{1.0}, bend{}, psi_ref_Wb{1.0};
-    SaturationCurve<T> curve() const { return {extra, exponent, bend, psi_ref_Wb}; }
+    T extra{}, exponent{1.0}, bend{}, psi_ref_Wb{1.0}, onset{};
+    SaturationCurve<T> curve() const { return {extra, exponent, bend, psi_ref_Wb, onset}; }
   };
   Law main{}, leakage{};
   bool main_live = false, leakage_live = false;
@@ -101,7 +101,7 @@ struct IronBends {
   IronBends<double> values() const {
     const auto law = [](const Law& l) {
       return IronBends<double>::Law{value_of(l.extra), value_of(l.exponent), value_of(l.bend),
-                                    value_of(l.psi_ref_Wb)};
+                                    value_of(l.psi_ref_Wb), value_of(l.onset)};
     };
     return {law(main), law(leakage), main_live, leakage_live, value_of(place), value_of(rotor_share)};
   }

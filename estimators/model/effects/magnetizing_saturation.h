@@ -18,18 +18,21 @@ class MagnetizingSaturation : public EffectLaw<T> {
       {"exponent", "1", Role::kShape, 6.0, 1.0, 16.0, 1.0, kExponents},
       {"place", "1", Role::kShape, 0.5, 0.0, 1.0, 0.2, kPlaces},
       {"bend", "1", Role::kShape, 0.0, 0.1, 10.0, 0.2, {}, false, 1.0},
+      {"onset", "1", Role::kShape, 0.0, 0.01, 0.99, 0.1, {}, false, 0.15},
       {"psi_ref_Wb", "Wb", Role::kConstant, 0.5, 1e-6, 1e6, 0.1}};
   static constexpr std::size_t kForm0[] = {0, 1};
   static constexpr std::size_t kForm1[] = {0, 1, 2};
   static constexpr std::size_t kForm2[] = {0, 1, 2, 3};
+  static constexpr std::size_t kForm3[] = {0, 1, 2, 3, 4};
   static constexpr EffectForm kForms[] = {{"power law", kForm0, false, false},
                                           {"power law, placed", kForm1, false, true},
-                                          {"two slopes, placed", kForm2, false, true}};
+                                          {"two slopes, placed", kForm2, false, true},
+                                          {"two slopes, placed, early onset", kForm3, false, true}};
   static constexpr EffectInfo kInfo = {
       "magnetizing_saturation",
       "The iron of the main flux saturates: the magnetizing current grows faster than the flux",
       "i_m = psi (1 + extra s(u)/s(1)) / L_m, u = |psi|/psi_ref; s = u^n, or with a bend 1 - (1 + (bend "
-      "u)^n)^(-1/n)",
+      "u)^n)^(-1/n), the onset's part with n = 2",
       "Levi 1995, IEEE Trans. Energy Conversion; Proca and Keyhani 2002 (L_m against I_d)",
       "no-load voltage sweep, 20 to 120 % of rated flux at one frequency",
       Needs::kAnything,
@@ -39,7 +42,7 @@ class MagnetizingSaturation : public EffectLaw<T> {
   MagnetizingSaturation(const T* p, const T*) : p_(p), active_(live(p, 1)) {}
 
   void bend(IronBends<T>& bends) const {
-    bends.main = {p_[0], p_[1], p_[3], p_[4]};
+    bends.main = {p_[0], p_[1], p_[3], p_[5], p_[4]};
     bends.place = p_[2];
     bends.main_live = active_;
   }

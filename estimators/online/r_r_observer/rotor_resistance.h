@@ -36,8 +36,9 @@ enum class RotorResistanceStatus {
 class MagneticCurve {
  public:
   MagneticCurve() = default;  // none
-  MagneticCurve(double extra, double exponent, double place, double bend, double psi_ref_Wb)
-      : extra_(extra), place_(place), curve_(extra, exponent, bend, psi_ref_Wb) {}
+  MagneticCurve(double extra, double exponent, double place, double bend, double psi_ref_Wb,
+                double onset = 0.0)
+      : extra_(extra), place_(place), curve_(extra, exponent, bend, psi_ref_Wb, onset) {}
 
   bool none() const { return extra_ <= 0.0; }
   double place() const { return place_; }

@@ -34,9 +34,25 @@ TEST(SaturationCurve, RunsAlongASecondLineBeyondTheKnee) {
   EXPECT_LT(curve.share({0.1, 0.0}), 1e-4);
 }
 
+TEST(SaturationCurve, BeginsWithTheSquareOfTheFluxByItsOnset) {
+  const double b = 2.0, n = 6.0, onset = 0.3;
+  const SaturationCurve<double> early{1.0, n, b, 1.0, onset}, sharp{1.0, n, b, 1.0, 0.0},
+      soft{1.0, 2.0, b, 1.0};
+  EXPECT_NEAR(early.share({0.0, 1.0}), 1.0, 1e-12) << "extra is the share at the reference flux";
+  // Far below the knee s = o (b u)^2 / 2.
+  const double s_n = 1.0 - std::pow(1.0 + std::pow(b, n), -1.0 / n), s_2 = 1.0 - 1.0 / std::sqrt(1.0 + b * b);
+  const double whole = (1.0 - onset) * s_n + onset * s_2;
+  EXPECT_NEAR(early.share({0.01, 0.0}) * whole, onset * 0.5 * 1e-4 * b * b, 1e-7);
+  for (const double psi : {0.2, 0.5, 0.9}) {
+    const double between =
+        (1.0 - onset) * s_n * sharp.share({psi, 0.0}) + onset * s_2 * soft.share({psi, 0.0});
+    EXPECT_NEAR(early.share({psi, 0.0}) * whole, between, 1e-9) << psi;
+  }
+}
+
 TEST(SaturationCurve, SlopeIsThatOfDifferences) {
-  for (const double bend : {0.0, 0.5, 3.0}) {
-    const SaturationCurve<double> curve{0.7, 3.3, bend, 0.5};
+  for (const auto& [bend, onset] : {std::pair{0.0, 0.0}, {0.5, 0.0}, {3.0, 0.0}, {3.0, 0.4}}) {
+    const SaturationCurve<double> curve{0.7, 3.3, bend, 0.5, onset};
     for (const double psi : {0.05, 0.3, 0.5, 0.9}) {
       const double h = 1e-5 * psi;
       const double difference = (curve.share({psi + h, 0.0}) - curve.share({psi - h, 0.0})) / (4.0 * psi * h);
