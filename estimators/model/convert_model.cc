@@ -86,6 +86,20 @@ std::optional<Circuit> circuit_from(const std::string& word) {
   return std::nullopt;
 }
 
+std::optional<double> seen_ratio(const Model& model) {
+  for (const ActiveEffect& effect : model.effects) {
+    if (effect.name != "leakage_saturation") continue;
+    const auto found = effect.parameters.find("rotor_share");
+    if (found == effect.parameters.end()) continue;
+    const double share = found->second.value;
+    if (!(share > 0.0 && share < 1.0)) continue;
+    const Machine p = model.machine();
+    const double M = p.L_m + share * p.L_l;  // L_s = L_m + L_l, L_r = M^2/L_m
+    return (p.L_m + p.L_l) * p.L_m / (M * M);
+  }
+  return std::nullopt;
+}
+
 std::vector<CircuitParameter> parameters_in(const Model& model, Circuit circuit, double L_s_over_L_r) {
   const Machine p = model.machine();
   const auto entries = circuit == Circuit::kTCircuit       ? t_entries(L_s_over_L_r)

@@ -16,9 +16,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kMostRounds = 500;
-constexpr double kSettled = 1e-12;   // of the current sought
-constexpr double kIncrement = 1e-4;  // relative step of the flux
+constexpr int kMostRounds = 60;
+constexpr double kSettled = 1e-12,
+                 kGoodEnough = 1e-9;  // of the current sought; what the node's own solution leaves
+constexpr double kLeastPart = 1e-3;   // of a step
+constexpr double kIncrement = 1e-4;   // relative step of the flux
 
 // At standing flux only what bends the currents has a say; the others (iron's loss, dead time, ...) act on
 // what moves.
@@ -46,17 +48,28 @@ class Magnetics {
     return {plain(inside.i), plain(inside.i_rotor)};
   }
 
-  // Stator flux at which `wanted` of the answer is zero, starting at the linear motor's.
+  // Stator flux at which `wanted` of the answer is zero, starting at the linear motor's: Newton's method with
+  // differences, damped, since steep leakage is far from linear.
   template <class Wanted>
   Complex stator_flux(Complex psi_r, Complex start_A, Wanted wanted) const {
     Complex psi_s = psi_r + L_l_ * start_A;
-    const double scale = std::abs(start_A) + 1e-9;
-    for (int k = 0; k < kMostRounds; ++k) {
-      const Complex missing = wanted(at(psi_s, psi_r));
-      if (!std::isfinite(std::abs(missing))) break;
-      psi_s += 0.5 * L_l_ * missing;
+    const double scale = std::abs(start_A) + 1e-9, step = kIncrement * L_l_ * scale;
+    Complex missing = wanted(at(psi_s, psi_r));
+    for (int k = 0; k < kMostRounds && std::isfinite(std::abs(missing)); ++k) {
       if (std::abs(missing) < kSettled * scale) return psi_s;
+      const Complex by_x = (wanted(at(psi_s + step, psi_r)) - missing) / step;
+      const Complex by_y = (wanted(at(psi_s + Complex(0.0, step), psi_r)) - missing) / step;
+      const double d = by_x.real() * by_y.imag() - by_y.real() * by_x.imag();
+      const Complex whole(-(missing.real() * by_y.imag() - missing.imag() * by_y.real()) / d,
+                          -(by_x.real() * missing.imag() - by_x.imag() * missing.real()) / d);
+      double part = 1.0;
+      Complex then = wanted(at(psi_s + whole, psi_r));
+      for (; !(std::abs(then) < std::abs(missing)) && part > kLeastPart; part *= 0.5)
+        then = wanted(at(psi_s + 0.5 * part * whole, psi_r));
+      if (part <= kLeastPart) break;
+      psi_s += part * whole, missing = then;
     }
+    if (std::abs(missing) < kGoodEnough * scale) return psi_s;
     throw Error("model \"" + name_ + "\"",
                 fmt::format("gives no stator flux at {} Wb in the rotor", std::abs(psi_r)));
   }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "estimators/model/convert_model.h"
 #include "estimators/model/export.h"
@@ -20,18 +21,18 @@ namespace {
 struct ConvertOptions {
   std::string model;
   std::string to;
-  double ratio = 1.0;
+  std::optional<double> ratio;
   bool json = false;
 };
 
-void print_json(const est::Model& model, const ConvertOptions& options,
+void print_json(const est::Model& model, const ConvertOptions& options, double ratio,
                 const std::vector<est::CircuitParameter>& all) {
   Json out{{"version", 1},
            {"name", model.name},
            {"pole_pairs", model.pole_pairs},
            {"connection", model.delta ? "delta" : "star"},
            {"circuit", options.to}};
-  if (options.to == "t") out["L_s_over_L_r"] = options.ratio;
+  if (options.to == "t") out["L_s_over_L_r"] = ratio;
   out["parameters"] = Json::object();
   for (const auto& one : all) {
     const est::Parameter& p = one.parameter;
@@ -43,10 +44,10 @@ void print_json(const est::Model& model, const ConvertOptions& options,
   fmt::print("{}\n", json_text(out));
 }
 
-void print_text(const est::Model& model, const ConvertOptions& options,
+void print_text(const est::Model& model, const ConvertOptions& options, double ratio,
                 const std::vector<est::CircuitParameter>& all) {
   fmt::print("{}: {} circuit{} per phase of the {}star\n\n", printable(model.name), options.to,
-             options.to == "t" ? fmt::format(", L_s/L_r = {:g},", options.ratio) : "",
+             options.to == "t" ? fmt::format(", L_s/L_r = {:.4g},", ratio) : "",
              model.delta ? "equivalent " : "");
   TextTable table({"<parameter", "value", "<95 % interval", "<unit", "<meaning"});
   for (const auto& one : all) {
@@ -56,20 +57,20 @@ void print_text(const est::Model& model, const ConvertOptions& options,
     table.row({one.name, shown(p.value, 5), interval, p.unit, one.meaning});
   }
   fmt::print("{}", table.text());
-  if (!model.effects.empty())
-    fmt::print(
-        "note: the active effects keep to the inverse-gamma circuit; these are the parameters at neutral "
-        "effects\n");
+  if (options.to == "t" && !options.ratio && est::seen_ratio(model))
+    fmt::print("note: L_s/L_r is that of the leakage that saturates on both sides; intervals leave it out\n");
+  if (!model.effects.empty()) fmt::print("note: these are the parameters at neutral effects\n");
 }
 
 void convert(const ConvertOptions& options) {
   const auto circuit = est::circuit_from(options.to);
   if (!circuit) throw Error("--to " + options.to, "is no circuit", "t, gamma or inverse-gamma");
-  if (!(options.ratio > 0.0) || !std::isfinite(options.ratio))
+  if (options.ratio && (!(*options.ratio > 0.0) || !std::isfinite(*options.ratio)))
     throw Error("--ratio", "must be above 0", "L_s/L_r of the T circuit, usually 1");
   const est::Model model = est::load_model(options.model);
-  const auto all = est::parameters_in(model, *circuit, options.ratio);
-  options.json ? print_json(model, options, all) : print_text(model, options, all);
+  const double ratio = options.ratio ? *options.ratio : est::seen_ratio(model).value_or(1.0);
+  const auto all = est::parameters_in(model, *circuit, ratio);
+  options.json ? print_json(model, options, ratio, all) : print_text(model, options, ratio, all);
 }
 
 struct ExportOptions {
@@ -99,8 +100,9 @@ void add_model_convert(CLI::App& model, int& exit_code) {
   CLI::App* verb = model.add_subcommand("convert", "The parameters in another equivalent circuit");
   verb->add_option("model", options->model, "model file")->required();
   verb->add_option("--to", options->to, "t, gamma or inverse-gamma")->required();
-  verb->add_option("--ratio", options->ratio, "L_s/L_r of the T circuit, which the terminals do not show")
-      ->capture_default_str();
+  verb->add_option("--ratio", options->ratio,
+                   "L_s/L_r of the T circuit (default: as saturating leakage shows it, else 1; the "
+                   "terminals of a linear motor do not)");
   verb->add_flag("--json", options->json, "print JSON");
   verb->callback([options, &exit_code] {
     convert(*options);

@@ -56,6 +56,23 @@ TEST(ConvertModel, EveryCircuitsPrintedParametersHaveTheSameTerminalImpedance) {
   EXPECT_NEAR(u["L_s"].value / u["L_r"].value, 0.99, 1e-12);
 }
 
+// The T circuit that the fitted model solves (effects/t_circuit.h): L_ls = (1 - share) L_l, M = L_m + share
+// L_l.
+TEST(ConvertModel, LeakageThatSaturatesOnBothSidesShowsTheRatio) {
+  Model m = motor();
+  EXPECT_FALSE(seen_ratio(m));
+  m.effects.push_back({"leakage_saturation", "two slopes, both sides", {}});
+  m.effects.back().parameters["rotor_share"].value = 0.3;
+  const auto ratio = seen_ratio(m);
+  ASSERT_TRUE(ratio);
+  auto t = in(m, Circuit::kTCircuit, *ratio);
+  EXPECT_NEAR(t["L_ls"].value, 0.7 * 0.006, 1e-12);
+  EXPECT_NEAR(t["L_m"].value, 0.068 + 0.3 * 0.006, 1e-12);
+  EXPECT_NEAR(t["L_lr"].value, (0.068 + 0.3 * 0.006) * 0.3 * 0.006 / 0.068, 1e-12);
+  m.effects.back().parameters["rotor_share"].value = 0.0;
+  EXPECT_FALSE(seen_ratio(m)) << "the plain form says nothing of it";
+}
+
 TEST(ConvertModel, InverseGammaIsTheModelItself) {
   const Model m = motor();
   auto g = in(m, Circuit::kInverseGammaCircuit);

@@ -180,6 +180,21 @@ TEST(Export, TheMagnetizingTableFollowsTheSaturationLaw) {
   }
 }
 
+TEST(Export, TheLeakageTableFollowsLeakageThatSaturatesSteeply) {
+  Model m = motor();
+  ActiveEffect effect;
+  effect.name = "leakage_saturation";
+  for (const auto& [name, value] :
+       std::map<std::string, double>{{"extra", 8.0}, {"exponent", 5.0}, {"bend", 5.0}, {"psi_ref_Wb", 0.3},
+                                     {"rotor_share", 0.5}})
+    effect.parameters[name].value = value;
+  m.effects.push_back(effect);
+  const auto rows = leakage_table(m, 0.45, 60.0, 12);
+  ASSERT_EQ(rows.size(), 12u);
+  for (std::size_t k = 1; k < rows.size(); ++k) EXPECT_LE(rows[k].L_l_H, rows[k - 1].L_l_H * (1.0 + 1e-9)) << k;
+  EXPECT_LT(rows.back().L_l_H, 0.5 * rows.front().L_l_H);
+}
+
 TEST(Export, AnIncompleteModelIsRefused) {
   Model m = motor();
   m.R_r = {};
