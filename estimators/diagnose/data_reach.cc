@@ -74,7 +74,8 @@ void reach_of_conditions(const Ranges& r, std::vector<std::string>& out) {
 }
 
 bool has_torque(const Record& record) {
-  if (!record.series.torque_Nm.empty()) return true;
+  const auto& torque = record.series.torque_Nm;
+  if (std::any_of(torque.begin(), torque.end(), [](double T) { return std::isfinite(T); })) return true;
   const auto present = [](const SteadyPoint& p) {
     return !std::isnan(p.torque_Nm) || !std::isnan(p.p_out_W);
   };

@@ -297,7 +297,7 @@ void doubt_transducer(const DataSet& data, Diagnosis& d) {
   }
   if (found(d, "friction_windage") && forward != backward)
     d.explanation.push_back(
-        "All points turn one way: an offset of the torque sensor would look the same; check its zero at "
+        "The shaft turns one way only: an offset of the torque sensor would look the same; check its zero at "
         "standstill.");
   if (found(d, "stray_load_loss"))
     d.explanation.push_back(
@@ -309,8 +309,19 @@ void explain_torque(const GlobalProblem& problem, Diagnosis& d) {
   if (!problem.torque_refused().empty())
     d.explanation.push_back(
         fmt::format("The torque of the time series {}: it is not judged. Check its sign, unit and scale "
-                    "(columns.torque_Nm).",
+                    "(columns.torque_Nm), and R_s.",
                     problem.torque_refused()));
+  std::size_t measured = 0, judged = 0;
+  for (const GlobalProblem::Entry& e : problem.entries()) {
+    if (!e.series || e.record->series.torque_Nm.empty()) continue;
+    ++measured;
+    judged += e.series->torque.empty() ? 0u : 1u;
+  }
+  if (problem.torque_refused().empty() && judged < measured)
+    d.explanation.push_back(
+        fmt::format("The torque of {} of {} records is not judged: the shaft stands, its speed never does, "
+                    "or samples are missing.",
+                    measured - judged, measured));
   const SearchChange &first = d.search.changes.front(), &last = d.search.changes.back();
   const double before = first.fitted.torque.rmse_Nm(), after = last.fitted.torque.rmse_Nm();
   if (std::isnan(before)) return;
@@ -420,8 +431,8 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   const DataSet parts = in_parts(data, cut);
   Diagnosis out;
   const auto searched = [&](double longest_sample_s) {
-    auto problem =
-        std::make_unique<const GlobalProblem>(parts, model.machine(), options.threads, longest_sample_s);
+    auto problem = std::make_unique<const GlobalProblem>(parts, model.machine(), options.threads,
+                                                         longest_sample_s, true);
     if (problem->fitted().empty())
       throw Error("diagnose", "finds hold-out records only", "some must be fitted");
     WorkingModel start = working_model(*problem, model);

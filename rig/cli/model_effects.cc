@@ -65,7 +65,11 @@ const est::EffectInfo& known(const std::string& effect) {
   if (!number)
     throw Error("effect \"" + effect + "\"", "is not in the library",
                 "imrig model effects lists those there are");
-  return est::kEffectInfos[*number];
+  const est::EffectInfo& info = est::kEffectInfos[*number];
+  if (info.correction)
+    throw Error("effect \"" + effect + "\"", "is the error of a sensor, none of the motor",
+                "a known one stands under [[correction]] in the model file");
+  return info;
 }
 
 est::ActiveEffect neutral_effect(const Options& options) {

@@ -114,6 +114,15 @@ void add_one_by_one(const GlobalProblem& problem, const SearchOptions& options, 
   }
 }
 
+// A torque that nothing in the model explains would bend R_s until the copper takes what bearings do.
+Trial last_fit_of(const GlobalProblem& problem, const Trial& found) {
+  const auto& active = found.model.active;
+  const bool losses = std::any_of(active.begin(), active.end(), needs_torque);
+  if (losses || torque_inside_band(problem, found.torque))
+    return finished(problem, found.model, problem.fitted());
+  return finished(problem.without_torque(), found.model, problem.fitted());
+}
+
 }  // namespace
 
 void note_change(const GlobalProblem& problem, Search& search, std::string text, std::string effect) {
@@ -148,7 +157,7 @@ Search search(const GlobalProblem& problem, const WorkingModel& start, const Sea
   note_change(problem, out, "as it came, refitted", "");
   add_one_by_one(problem, options, out);
   settle_rivals(problem, start, out);
-  Trial last_fit = finished(problem, out.final.model, problem.fitted());
+  Trial last_fit = last_fit_of(problem, out.final);
   if (last_fit.sound) out.final = std::move(last_fit);
   // Where the last fit left it.
   SearchChange& last = out.changes.back();

@@ -195,8 +195,8 @@ bool torque_inside_band(const GlobalProblem& problem, const TorqueSums& torque) 
 bool explains_torque(const GlobalProblem& problem, const Trial& trial, const Trial& base) {
   const double before = torque_chi2_per_value(problem, base.torque),
                after = torque_chi2_per_value(problem, trial.torque);
-  return kEffectInfos[trial.candidate.effect].needs == Needs::kTorque &&
-         !torque_inside_band(problem, base.torque) && after - 1.0 < (1.0 - kMostOfIt) * (before - 1.0);
+  return needs_torque(trial.candidate) && !torque_inside_band(problem, base.torque) &&
+         after - 1.0 < (1.0 - kMostOfIt) * (before - 1.0);
 }
 
 bool same_worth(const Trial& best, const Trial& other, double whole, double values) {

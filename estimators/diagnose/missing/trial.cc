@@ -86,9 +86,7 @@ void add_strength(const GlobalProblem& problem, Trial& trial) {
 // the data and move every parameter, friction first.
 void consider(const GlobalProblem& problem, const std::vector<std::size_t>& which, WorkingModel& model) {
   model.unseen.clear();
-  const bool torque = std::any_of(model.active.begin(), model.active.end(), [](const Candidate& c) {
-    return kEffectInfos[c.effect].needs == Needs::kTorque;
-  });
+  const bool torque = std::any_of(model.active.begin(), model.active.end(), needs_torque);
   if (!torque || model.considered.empty() || model.fit.noise_covariance.size() == 0) return;
   std::vector<std::size_t> with_torque;
   for (const std::size_t k : which) {
@@ -331,7 +329,7 @@ Judgement judge(const GlobalProblem& problem, const WorkingModel& model,
         static_cast<double>(r.values) - static_cast<double>(problem.locals_of(which[k], free.local).size());
     const auto& entry = problem.entries()[which[k]];
     if (!entry.whitener) continue;
-    const double samples = 0.5 * static_cast<double>(r.values);
+    const double samples = 0.5 * (static_cast<double>(r.values) - r.torque.values());
     out.series_error2 += r.error2;
     out.noise2 += entry.whitener->noise_power_A2() * samples;
     out.edges2 += entry.whitener->edge_power_A2() * samples;

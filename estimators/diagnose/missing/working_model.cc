@@ -48,6 +48,14 @@ void admit(const char* effect, double sigma, WorkingModel& out) {
   }
 }
 
+// Errors of the transducer beside what the model file holds of them.
+std::vector<Prior> known_about_torque(const TransducerAccuracy& accuracy,
+                                      const SharedVector<double>& shared) {
+  const std::size_t gain = entry_named("torque_sensor", "gain"),
+                    zero = entry_named("torque_sensor", "offset_Nm");
+  return {{gain, shared[gain], accuracy.gain}, {zero, shared[zero], accuracy.zero_Nm}};
+}
+
 Parameter parameter_of(const WorkingModel& working, std::size_t entry, const char* unit) {
   Parameter p;
   p.value = working.at.shared[entry];
@@ -68,6 +76,10 @@ Parameter parameter_of(const WorkingModel& working, std::size_t entry, const cha
 std::string name_of(const Candidate& candidate) { return kEffectInfos[candidate.effect].name; }
 const EffectForm& form_of(const Candidate& candidate) {
   return kEffectInfos[candidate.effect].forms[candidate.form];
+}
+
+bool needs_torque(const Candidate& candidate) {
+  return kEffectInfos[candidate.effect].needs == Needs::kTorque;
 }
 
 std::vector<std::size_t> shared_entries(const Candidate& candidate) {
@@ -174,6 +186,9 @@ std::vector<Candidate> active_effects(const Model& model) {
     if (!number)
       throw Error("model \"" + model.name + "\"", "has the effect \"" + effect.name + "\"",
                   "imrig model effects lists those there are");
+    if (kEffectInfos[*number].correction)
+      throw Error("model \"" + model.name + "\"", "has " + effect.name + " among its effects",
+                  "it is the error of a sensor: [[correction]] holds it where it is known");
     out.push_back({*number, form_number(effect, *number)});
   }
   return out;
@@ -205,8 +220,7 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   admit("current_offset", kOffsetShare * problem.largest_current_A(), out);
   admit("current_gain", accuracy.current_gain * std::sqrt(2.0 / 3.0), out);
   if (problem.has_torque_of_series())
-    out.considered = {{entry_named("torque_sensor", "gain"), 0.0, problem.transducer().gain},
-                      {entry_named("torque_sensor", "offset_Nm"), 0.0, problem.transducer().zero_Nm}};
+    out.considered = known_about_torque(problem.transducer(), out.at.shared);
   return out;
 }
 
@@ -240,7 +254,11 @@ Model to_model(const Model& before, const WorkingModel& working) {
       (model.*base.place).found = found;
   }
   model.effects.clear();
-  model.corrections.clear();
+  // What is followed is written anew; what is known stays.
+  std::erase_if(model.corrections, [&](const ActiveEffect& c) {
+    return std::any_of(working.nuisances.begin(), working.nuisances.end(),
+                       [&](std::size_t e) { return kEffectInfos[effect_of_shared(e)].name == c.name; });
+  });
   for (const std::size_t e : working.nuisances) {
     const std::size_t number = effect_of_shared(e);
     if (working.has(number)) continue;

@@ -153,8 +153,12 @@ class Tangent {
     const Cx<Jet> off = Cx<Jet>(frame.i[k]) - machine_.measured_current(in, at);
     const Jet airgap = machine_.airgap_torque_Nm(in, state, frame.pole_pairs) +
                        machine_.torque_beside_Nm(in, state, off, frame.w_k, frame.pole_pairs);
-    const Jet shown = machine_.measured_torque_Nm(airgap * (1.0 / record.torque_gain()) -
-                                                  machine_.lost_torque_Nm(in, frame.pole_pairs));
+    // Losses go with the currents as they are, not as the filter leaves them.
+    const double gain = record.torque_gain(), currents = 1.0 / std::sqrt(gain);
+    auto unfiltered = in;
+    unfiltered.i = scaled(currents, in.i), unfiltered.i_rotor = scaled(currents, in.i_rotor);
+    const Jet shown = machine_.measured_torque_Nm(airgap * (1.0 / gain) -
+                                                  machine_.lost_torque_Nm(unfiltered, frame.pole_pairs));
     Eigen::Matrix<double, 1, X> C;
     Eigen::Matrix<double, 1, N> D;
     take(shown, C, D, 0);

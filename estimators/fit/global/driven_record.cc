@@ -116,7 +116,7 @@ DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double long
   add_rotor_turn(record);
   add_temperature(record, series);
   record.torque = torque_windows(series.torque_Nm, record.frame, record.thinned);
-  weigh(record.torque);
+  weigh(record.torque, torque_range_Nm(record.torque), kMissing);
   return record;
 }
 

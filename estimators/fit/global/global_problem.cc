@@ -77,7 +77,7 @@ PointNoise point_noise(const DataSet& data) {
 }  // namespace
 
 GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads,
-                             double longest_sample_s)
+                             double longest_sample_s, bool judge_torque)
     : data_(data),
       threads_(std::max(1, threads)),
       noise_(noise_levels(data)),
@@ -98,6 +98,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
         entry.series =
             std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, longest_sample_s));
         const FrameRecord& frame = entry.series->frame;
+        if (!judge_torque) entry.series->torque.clear();
         sample_time_ = std::max(sample_time_, record.series.sample_time_s);
         for (std::size_t n = frame.judged_from; n < frame.size(); ++n) {
           largest_current_ = std::max(largest_current_, std::abs(frame.i[n]));
@@ -129,6 +130,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
 
 void GlobalProblem::weigh_torque(double R_s_ohm) {
   std::vector<const TorqueWindow*> windows;
+  double largest_Nm = 0.0;
   for (const Entry& entry : entries_) {
     for (std::size_t w = 0; entry.series && w < entry.series->torque.size(); ++w)
       windows.push_back(&entry.series->torque[w]);
@@ -136,13 +138,10 @@ void GlobalProblem::weigh_torque(double R_s_ohm) {
   torque_refused_ = torque_contradiction(windows, R_s_ohm);
   for (Entry& entry : entries_) {
     if (entry.series && !torque_refused_.empty()) entry.series->torque.clear();
-  }
-  double largest_Nm = 0.0;
-  for (const Entry& entry : entries_) {
-    if (entry.series) largest_Nm = std::max(largest_Nm, est::largest_torque_Nm(entry.series->torque));
+    if (entry.series) largest_Nm = std::max(largest_Nm, torque_range_Nm(entry.series->torque));
   }
   for (Entry& entry : entries_) {
-    if (entry.series) weigh(entry.series->torque, largest_Nm);
+    if (entry.series) weigh(entry.series->torque, largest_Nm, data_.noise.torque_Nm);
   }
   torque_of_series_ = largest_Nm > 0.0;
   torque_ = torque_ || torque_of_series_;
@@ -205,6 +204,14 @@ GlobalProblem::GlobalProblem(const GlobalProblem& other)
                         e.series ? std::make_unique<DrivenRecord>(*e.series) : nullptr,
                         e.whitener ? std::make_unique<Whitener>(*e.whitener) : nullptr, e.steps});
   }
+}
+
+GlobalProblem GlobalProblem::without_torque() const {
+  GlobalProblem out(*this);
+  for (Entry& entry : out.entries_) {
+    if (entry.series) entry.series->torque.clear();
+  }
+  return out;
 }
 
 GlobalProblem GlobalProblem::with(std::vector<DrivenRecord> more, const SharedVector<double>& shared,

@@ -78,8 +78,10 @@ class GlobalProblem {
 
   // Takes the records that can be simulated; a rough circuit for whitening is `theta`. data must outlive
   // this. longest_sample_s: that averaging of samples may make (driven_record.h).
+  // judge_torque: shaft torque of series too (torque_windows.h), which only a model with the shaft's losses
+  // follows.
   GlobalProblem(const DataSet& data, const MachineParameters<double>& theta, int threads,
-                double longest_sample_s = kThinnedTime_s);
+                double longest_sample_s = kThinnedTime_s, bool judge_torque = false);
 
   const DataSet& data() const { return data_; }
   const std::vector<Entry>& entries() const { return entries_; }
@@ -98,6 +100,9 @@ class GlobalProblem {
   double largest_current_A() const { return largest_current_; }
   // Steps and whitening for a better circuit than the first.
   void refresh(const SharedVector<double>& shared);
+
+  // The same without the shaft torque of its series.
+  GlobalProblem without_torque() const;
 
   // The problem of an experiment that was not made: the same records and `more`, each with its noise.
   // data must outlive it too.

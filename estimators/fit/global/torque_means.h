@@ -1,7 +1,8 @@
 #pragma once
-// The model's shaft torque over the windows of a record (torque_windows.h), as means of samples spread evenly
+// The model's shaft torque over the windows of a record (torque_windows.h), as means of samples spread
 // over each, and its part of the record's sums.
 
+#include <cmath>
 #include <vector>
 
 #include "estimators/fit/global/driven_motion.h"
@@ -18,8 +19,10 @@ class TorqueMeans {
     const auto& windows = record_.torque;
     while (window_ < windows.size() && k >= windows[window_].to) ++window_;
     if (window_ == windows.size() || k < windows[window_].from) return false;
-    const std::size_t length = windows[window_].to - windows[window_].from;
-    return (k - windows[window_].from) % ((length + kMostSamples - 1) / kMostSamples) == 0;
+    const TorqueWindow& w = windows[window_];
+    // Spread by the golden section, so that no ripple of the torque keeps step with them.
+    const double place = kGolden * static_cast<double>(k - w.from);
+    return (place - std::floor(place)) * static_cast<double>(w.to - w.from) < kMostSamples;
   }
   void operator()(std::size_t, const DrivenTorque<N>& torque) {
     Sum& sum = sums_[window_];
@@ -52,7 +55,8 @@ class TorqueMeans {
   }
 
  private:
-  static constexpr std::size_t kMostSamples = 128;  // a window
+  static constexpr double kMostSamples = 600.0;  // a window, about
+  static constexpr double kGolden = 0.61803398874989485;
   struct Sum {
     double value = 0.0, n = 0.0;
     Eigen::Matrix<double, 1, N> change = Eigen::Matrix<double, 1, N>::Zero();

@@ -16,7 +16,8 @@ namespace imrig::est {
 struct TorqueWindow {
   std::size_t from = 0, to = 0;    // samples of the frame
   double mean_Nm = 0.0;            // measured
-  double noise_Nm = 0.0;           // one sigma of that mean
+  double samples = 0.0;            // that were measured
+  double noise_Nm = 0.0;           // one sigma of that mean, as the samples scatter from one to the next
   double hidden_Nm = 0.0;          // what a drift of the speed may hide
   double apparent_Nm = 0.0;        // (3/2) n_p |v| |i| / w_e
   double power_Nm = 0.0;           // (3/2) n_p Re(v i*) / w_e, and
@@ -29,13 +30,17 @@ struct TorqueWindow {
 std::vector<TorqueWindow> torque_windows(const std::vector<double>& torque_Nm, const FrameRecord& frame,
                                          int thinned);
 
-// Fills sigma_Nm: what a torque bridge and a power meter are good for beside noise. largest_Nm: that the
-// bridge has shown elsewhere.
-void weigh(std::vector<TorqueWindow>& windows, double largest_Nm = 0.0);
-double largest_torque_Nm(const std::vector<TorqueWindow>& windows);
+// Fills sigma_Nm: what a torque bridge and a power meter are good for beside noise. range_Nm: of the bridge,
+// by what it has shown elsewhere; declared_Nm: one sigma of its sample, NaN where nothing is known.
+void weigh(std::vector<TorqueWindow>& windows, double range_Nm, double declared_Nm);
+
+// What the bridge must reach at least: what it showed, and a good part of what the terminals' power could
+// make. 0 without windows.
+double torque_range_Nm(const std::vector<TorqueWindow>& windows);
 
 // Whether a measured torque can be the shaft's at all: over the windows it must follow the air gap's by a
-// factor near one. What is wrong (sign, unit, scale), or empty.
+// factor near one, with friction, and R_s as the windows have it where they are many and differ; R_s_ohm is
+// rough. What is wrong (sign, unit, scale, nothing but zeros), or empty.
 std::string torque_contradiction(const std::vector<const TorqueWindow*>& windows, double R_s_ohm);
 
 }  // namespace imrig::est

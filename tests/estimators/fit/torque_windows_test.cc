@@ -73,7 +73,7 @@ std::size_t entry_of(const std::string& name) {
 
 // Model's torque over measured, of the first record.
 double predicted_over_measured(const DataSet& data, const MachineParameters<double>& p) {
-  const GlobalProblem problem(data, p, 1);
+  const GlobalProblem problem(data, p, 1, kThinnedTime_s, true);
   GlobalPoint point = problem.start(at(p));
   problem.settle(point, {0, 1, 2, 3}, problem.all());
   RecordTrace trace;
@@ -108,7 +108,7 @@ TEST(ShaftTorque, LessFrictionIsWhatFrictionTakes) {
   const auto& motor = synthetic::motors()[1];
   const DataSet data = set_of(motor, {record_of(motor, {1.0, motor.slip}, 0.8)});
   const auto p = truth(motor);
-  const GlobalProblem problem(data, p, 1);
+  const GlobalProblem problem(data, p, 1, kThinnedTime_s, true);
   GlobalPoint point = problem.start(at(p));
   problem.settle(point, {0, 1, 2, 3}, problem.all());
   const auto chi2 = [&] {
@@ -124,7 +124,7 @@ TEST(ShaftTorque, HasTheDerivativesOfDifferences) {
   const auto& motor = synthetic::motors()[1];
   const DataSet data = set_of(motor, {record_of(motor, {0.8, motor.slip, 0.1, 5e-4}, 0.5)});
   const auto p = truth(motor);
-  const GlobalProblem problem(data, p, 1);
+  const GlobalProblem problem(data, p, 1, kThinnedTime_s, true);
   GlobalPoint point = problem.start(at(p));
   for (const auto& [name, value] : {std::pair{"core_loss.eddy_S", 1e-3},
                                     {"core_loss.place", 0.4},
@@ -176,21 +176,73 @@ TEST(TorqueWindows, AreCutWhereTheSpeedMovesAndLeftOutWhereItNeverStands) {
   EXPECT_TRUE(windows([](double) { return 0.0; }).empty()) << "friction of a shaft at rest is anything";
 }
 
+std::string refused(const synthetic::Motor& motor, double factor, double lost_Nm, double R_s_times,
+                    const std::vector<double>& slips) {
+  std::vector<Record> records;
+  for (const double f : {0.4, 1.0}) {
+    for (const double slip : slips) records.push_back(record_of(motor, {f, slip}, lost_Nm));
+  }
+  for (Record& r : records) {
+    for (double& T : r.series.torque_Nm) T *= factor;
+  }
+  const DataSet data = set_of(motor, std::move(records));
+  auto p = truth(motor);
+  p.R_s *= R_s_times;
+  return GlobalProblem(data, p, 1, kThinnedTime_s, true).torque_refused();
+}
+
 TEST(TorqueWindows, OfAWrongSignOrUnitAreRefused) {
   const auto& motor = synthetic::motors()[1];
-  const auto refused = [&](double factor, double lost_Nm) {
-    std::vector<Record> records;
-    for (const double slip : {0.01, 0.02, 0.04}) records.push_back(record_of(motor, {1.0, slip}, lost_Nm));
-    for (Record& r : records) {
-      for (double& T : r.series.torque_Nm) T *= factor;
-    }
-    const DataSet data = set_of(motor, std::move(records));
-    return GlobalProblem(data, truth(motor), 1).torque_refused();
-  };
-  EXPECT_EQ(refused(1.0, 0.0), "");
-  EXPECT_EQ(refused(1.0, 2.0), "") << "friction is no factor";
-  EXPECT_NE(refused(-1.0, 0.0).find("-1"), std::string::npos);
-  EXPECT_NE(refused(0.7376, 0.0).find("0.738"), std::string::npos) << "pound-feet";
+  const std::vector<double> loads{0.01, 0.02, 0.04};
+  EXPECT_EQ(refused(motor, 1.0, 0.0, 1.0, loads), "");
+  EXPECT_NE(refused(motor, -1.0, 0.0, 1.0, loads).find("-1 times"), std::string::npos);
+  EXPECT_NE(refused(motor, 0.7376, 0.0, 1.0, loads).find("0.738 times"), std::string::npos) << "pound-feet";
+  EXPECT_NE(refused(motor, 0.0, 0.0, 1.0, loads).find("zero throughout"), std::string::npos);
+}
+
+TEST(TorqueWindows, AreNotRefusedForFrictionNorForARoughResistance) {
+  const auto& motor = synthetic::motors()[1];
+  const std::vector<double> loads{0.01, 0.02, 0.04}, one{0.012};
+  EXPECT_EQ(refused(motor, 1.0, 2.0, 1.0, loads), "");
+  EXPECT_EQ(refused(motor, 1.0, 0.0, 6.0, loads), "") << "R_s of a spoiled DC test";
+  EXPECT_EQ(refused(motor, 1.0, 1.5, 1.0, one), "") << "one load tells no factor from friction";
+}
+
+// A ripple that keeps step with any regular choice of samples: 1 % offset of a current channel, 40 samples a
+// period.
+TEST(TorqueWindows, AreMeansWhateverThePeriodOfARipple) {
+  const auto& motor = synthetic::motors()[1];
+  for (const std::size_t samples : {2440u, 2500u, 5000u, 5120u}) {
+    auto c = synthetic::step_case(motor, 0.9, 50.0 / motor.f_Hz, motor.slip, 5e-4, samples);
+    c.step = 0.0;
+    Record r;
+    r.id = "offset", r.kind = RecordKind::kSteady;
+    r.series = synthetic::record(motor, c);
+    double largest = 0.0;
+    for (const auto& i : r.series.i) largest = std::max(largest, std::abs(i));
+    for (auto& i : r.series.i) i += 0.01 * largest;
+    r.series.torque_Nm.assign(samples, textbook_torque_Nm(motor, c.v_peak_V, c.f_Hz, motor.slip));
+    EXPECT_NEAR(predicted_over_measured(set_of(motor, {r}), truth(motor)), 1.0, 2e-3) << samples;
+  }
+}
+
+TEST(TorqueWindows, TakeChannelsWithGaps) {
+  const auto& motor = synthetic::motors()[1];
+  Record r = record_of(motor, {1.0, motor.slip});
+  for (std::size_t k = 0; k < r.series.torque_Nm.size(); ++k) {
+    if (k % 10 != 3) r.series.torque_Nm[k] = kMissing;
+  }
+  EXPECT_NEAR(predicted_over_measured(set_of(motor, {r}), truth(motor)), 1.0, 1e-3);
+  std::fill(r.series.torque_Nm.begin(), r.series.torque_Nm.end(), kMissing);
+  EXPECT_TRUE(driven_record(r.series, motor.pole_pairs).torque.empty());
+}
+
+TEST(TorqueWindows, AreNotFittedUnlessAskedFor) {
+  const auto& motor = synthetic::motors()[1];
+  const DataSet data = set_of(motor, {record_of(motor, {1.0, motor.slip}, 3.0)});
+  const GlobalProblem problem(data, truth(motor), 1);
+  EXPECT_FALSE(problem.has_torque());
+  EXPECT_TRUE(problem.entries()[0].series->torque.empty());
 }
 
 TEST(TorqueSums, LeaveATransducerItsAccuracyAndNoMore) {
