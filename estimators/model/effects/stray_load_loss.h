@@ -17,11 +17,11 @@ namespace imrig::est {
 template <class T>
 class StrayLoadLoss : public EffectLaw<T> {
  public:
-  static constexpr double kSpeeds[] = {0.0, 1.0, 1.0}, kShares[] = {0.0, 0.0, 1.0};  // IEC, between, Modelica
+  static constexpr double kSpeeds[] = {0.0, 1.0, 2.0};
   static constexpr EffectParameter kShared[] = {
       {"drag_Nm_per_A2", "Nm/A^2", Role::kAmplitude, 0.0, 0.0, 10.0, 1e-4},
       {"speed_exponent", "1", Role::kShape, 0.0, 0.0, 3.0, 0.5, kSpeeds},
-      {"stator_share", "1", Role::kShape, 0.0, 0.0, 1.0, 0.2, kShares}};
+      {"stator_share", "1", Role::kShape, 0.0, 0.0, 1.0, 0.2}};
   static constexpr std::size_t kForm0[] = {0};
   static constexpr std::size_t kForm1[] = {0, 1};
   static constexpr std::size_t kForm2[] = {0, 1, 2};
