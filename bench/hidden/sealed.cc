@@ -233,7 +233,7 @@ class Bench {
                                          [](const std::string& h) { return kind(h).torque; });
     std::mt19937_64 bits(seal.seed * 0x9e3779b97f4a7c15ull + 11);
     std::normal_distribution<double> draw;
-    torque_gain_ = 1.0 + kTorqueGain * draw(bits),
+    torque_gain_ = 1.0 + kTorqueGain * draw(bits);
     torque_zero_Nm_ = kTorqueZero * seal.machine.torque_Nm() * draw(bits);
   }
   bool commanded() const { return commanded_; }

@@ -163,25 +163,26 @@ std::vector<Stretch> stretches_of(const ModelPrediction& model, const DataSet& d
   return out;
 }
 
-// The shaft torque of steady stretches, in the record's channels and in those of the stretch it falls into.
-void add_torque(const ModelPrediction& model, const TimeSeries& series, const CurrentPrediction& p,
-                ComparedRecord& out) {
+// A steady stretch of measured torque, into a channel.
+void add_torque(const TorquePrediction& t, Channels& channels) {
+  ChannelResult& channel = channels["torque_Nm"];
+  channel.unit = "Nm";
+  channel.dof += 1.0;
+  add_value(channel, square(t.measured_Nm - t.predicted_Nm), square(t.measured_Nm), square(t.sigma_Nm));
+  finish(channel);
+}
+
+// The shaft torque, in the record's channels and in those of the stretches that it falls into.
+void add_torques(const ModelPrediction& model, const TimeSeries& series, const CurrentPrediction& p,
+                 const CompareOptions& options, ComparedRecord& out) {
+  const std::size_t length = stretch_length(p, series, out.conditions.f_Hz, options.stretches);
   for (const TorquePrediction& t : model.torque(series)) {
-    const double error = t.measured_Nm - t.predicted_Nm;
-    ChannelResult one;
-    one.unit = "Nm";
-    one.dof = 1.0;
-    add_value(one, square(error), square(t.measured_Nm), square(t.sigma_Nm));
-    finish(one);
-    add_sums(out.channels["torque_Nm"], one);
-    finish(out.channels["torque_Nm"]);
-    if (out.stretches.empty() || t.middle < p.first) continue;
-    const std::size_t length = (p.measured.size() + out.stretches.size() - 1) / out.stretches.size();
-    Stretch& stretch = out.stretches[std::min(out.stretches.size() - 1, (t.middle - p.first) / length)];
-    add_sums(stretch.channels["torque_Nm"], one);
-    finish(stretch.channels["torque_Nm"]);
-    const bool first = stretch.channels["torque_Nm"].values == 1;
-    if (first) stretch.signed_errors.push_back({"torque_Nm", "", error});
+    add_torque(t, out.channels);
+    if (t.middle < p.first) continue;
+    Stretch& stretch = out.stretches.at(std::min(out.stretches.size() - 1, (t.middle - p.first) / length));
+    const bool first = !stretch.channels.contains("torque_Nm");
+    if (first) stretch.signed_errors.push_back({"torque_Nm", "", t.measured_Nm - t.predicted_Nm});
+    add_torque(t, stretch.channels);
   }
 }
 
@@ -253,7 +254,7 @@ Residual compare_series(const ModelPrediction& model, const DataSet& data, const
   out.channels = channels_of(data, series, p, passed, 0, p.measured.size(), kInitialStates);
   if (!std::isnan(out.channels["current_A"].floor)) out.floor_from = "declared noise";
   out.stretches = stretches_of(model, data, record, p, passed, options, out);
-  add_torque(model, series, p, out);
+  add_torques(model, series, p, options, out);
   out.lines = probe.lines(errors_of(p), 2.0 * square(data.noise.current_A), passed.lines2);
   out.overlay = overlay_of(p, series, out.conditions.f_Hz);
   return residual_of(p, series);

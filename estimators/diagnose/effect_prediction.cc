@@ -22,9 +22,8 @@ ModelPrediction::ModelPrediction(const Model& model)
 
 CurrentPrediction ModelPrediction::current(const TimeSeries& series) const {
   if (linear_) return predict_current(machine_, pole_pairs_, series);
-  DrivenRecord record = driven_record(series, pole_pairs_, 0.0);
-  record.torque.clear();
-  LocalVector<double> local = neutral_local();
+  const DrivenRecord record = driven_record(series, pole_pairs_, 0.0);
+  const LocalVector<double> local = settled(record);
   const RecordTrace trace = this->trace(record, local);
   CurrentPrediction out;
   out.initial = {Cx<double>(local[0], local[1]), Cx<double>(local[2], local[3])};
@@ -40,23 +39,31 @@ CurrentPrediction ModelPrediction::current(const TimeSeries& series) const {
   return out;
 }
 
-RecordTrace ModelPrediction::trace(const DrivenRecord& record, LocalVector<double>& local) const {
-  const Whitener plain(record, machine_, 0.0, {1.0, 0.0, 0.0});
-  const int steps = steps_for(record, shared_);
-  DrivenRecord current = record;  // the initial flux is the current's to tell
-  current.torque.clear();
-  settle_record(current, plain, steps, shared_, local_, local);
+Whitener ModelPrediction::plain(const DrivenRecord& record) const {
+  return Whitener(record, machine_, 0.0, {1.0, 0.0, 0.0});
+}
+
+LocalVector<double> ModelPrediction::settled(const DrivenRecord& record) const {
+  LocalVector<double> local = neutral_local();
+  settle_record(record, plain(record), steps_for(record, shared_), shared_, local_, local);
+  return local;
+}
+
+RecordTrace ModelPrediction::trace(const DrivenRecord& record, const LocalVector<double>& local) const {
   RecordTrace out;
-  record_terms(record, plain, steps, shared_, local, {}, &out);
+  record_terms(record, plain(record), steps_for(record, shared_), shared_, local, {}, &out);
   return out;
 }
 
 std::vector<TorquePrediction> ModelPrediction::torque(const TimeSeries& series) const {
   std::vector<TorquePrediction> out;
   if (series.torque_Nm.empty()) return out;
-  const DrivenRecord record = driven_record(series, pole_pairs_);
-  if (record.torque.empty()) return out;
-  LocalVector<double> local = neutral_local();
+  DrivenRecord record = driven_record(series, pole_pairs_);
+  std::vector<TorqueWindow> windows = torque_windows(series.torque_Nm, record.frame, record.thinned);
+  if (windows.empty()) return out;
+  weigh(windows, torque_range_Nm(windows), kMissing);
+  const LocalVector<double> local = settled(record);  // the initial flux is the current's to tell
+  record.torque = std::move(windows);
   const RecordTrace trace = this->trace(record, local);
   for (std::size_t w = 0; w < record.torque.size(); ++w) {
     const TorqueWindow& window = record.torque[w];

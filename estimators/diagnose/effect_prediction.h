@@ -31,11 +31,13 @@ class ModelPrediction {
   SteadyPoint point(const SteadyPoint& measured) const;
 
  private:
+  Whitener plain(const DrivenRecord& record) const;  // that weighs all alike
+  // The record's own unknowns, by its current.
+  LocalVector<double> settled(const DrivenRecord& record) const;
+  RecordTrace trace(const DrivenRecord& record, const LocalVector<double>& local) const;
+
   int pole_pairs_;
   MachineParameters<double> machine_;
-  // With the record's own unknowns at their best.
-  RecordTrace trace(const DrivenRecord& record, LocalVector<double>& local) const;
-
   bool linear_;
   SharedVector<double> shared_{};
   std::vector<std::size_t> local_;

@@ -45,9 +45,8 @@ Model refit_model(const Model& model, const DataSet& data, const std::string& ch
                             model.pole_pairs, data.name, data.pole_pairs),
                 "they must be of one motor");
   }
-  const std::vector<Candidate> active = active_effects(model);
-  const bool losses = std::any_of(active.begin(), active.end(), needs_torque);
-  const GlobalProblem problem(data, model.machine(), threads, kThinnedTime_s, losses);
+  const GlobalProblem problem(data, model.machine(), threads, kThinnedTime_s,
+                              any_needs_torque(active_effects(model)));
   if (problem.fitted().empty()) throw Error("refit", "finds hold-out records only", "some must be fitted");
   WorkingModel working = working_model(problem, model);
   wake(problem, working);

@@ -116,9 +116,7 @@ void add_one_by_one(const GlobalProblem& problem, const SearchOptions& options, 
 
 // A torque that nothing in the model explains would bend R_s until the copper takes what bearings do.
 Trial last_fit_of(const GlobalProblem& problem, const Trial& found) {
-  const auto& active = found.model.active;
-  const bool losses = std::any_of(active.begin(), active.end(), needs_torque);
-  if (losses || torque_inside_band(problem, found.torque))
+  if (any_needs_torque(found.model.active) || torque_inside_band(problem, found.torque))
     return finished(problem, found.model, problem.fitted());
   return finished(problem.without_torque(), found.model, problem.fitted());
 }

@@ -86,8 +86,8 @@ void add_strength(const GlobalProblem& problem, Trial& trial) {
 // the data and move every parameter, friction first.
 void consider(const GlobalProblem& problem, const std::vector<std::size_t>& which, WorkingModel& model) {
   model.unseen.clear();
-  const bool torque = std::any_of(model.active.begin(), model.active.end(), needs_torque);
-  if (!torque || model.considered.empty() || model.fit.noise_covariance.size() == 0) return;
+  if (!any_needs_torque(model.active) || model.considered.empty() || model.fit.noise_covariance.size() == 0)
+    return;
   std::vector<std::size_t> with_torque;
   for (const std::size_t k : which) {
     const auto& entry = problem.entries()[k];

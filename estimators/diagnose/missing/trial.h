@@ -52,6 +52,11 @@ inline double scale_of(const Trial& trial) {
   return std::max(1.0, trial.chi2 / std::max(1.0, trial.model.fit.dof));
 }
 
+// Each record by the parameters that the others give, over what noise leaves: 1.
+inline double chi2_per_value(const Trial& trial) {
+  return trial.left_out_chi2 / static_cast<double>(trial.model.fit.values);
+}
+
 // The current model refitted by itself.
 Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::vector<std::size_t>& which);
 

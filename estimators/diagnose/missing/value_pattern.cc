@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kFewest = 8.0;   // records, for a parabola to mean anything
 constexpr double kDiffer = 0.25;  // of the values' variance
+constexpr double kFollows = 0.7, kFollowsMore = 0.3;  // the same; more than what goes with heat explains
 
 struct Values {
   std::vector<double> y, sigma;  // NaN where the record says nothing
@@ -99,6 +100,10 @@ std::vector<ValuePattern> value_patterns(const GlobalProblem& problem, const Tri
     out.push_back(p);
   }
   return out;
+}
+
+bool follows(const ValuePattern& pattern) {
+  return pattern.share > kFollows && pattern.share > pattern.by_heat + kFollowsMore;
 }
 
 }  // namespace imrig::est

@@ -20,6 +20,9 @@ struct ValuePattern {
       0.0;  // the same of what heats and when: current, torque, measured temperature, the records' order
 };
 
+// Whether they follow what the motor does at that moment, and more than they follow what heats.
+bool follows(const ValuePattern& pattern);
+
 // For each active effect with a value a record: the condition among frequency, flux and slip that explains
 // most.
 std::vector<ValuePattern> value_patterns(const GlobalProblem& problem, const Trial& trial);

@@ -82,6 +82,10 @@ bool needs_torque(const Candidate& candidate) {
   return kEffectInfos[candidate.effect].needs == Needs::kTorque;
 }
 
+bool any_needs_torque(const std::vector<Candidate>& candidates) {
+  return std::any_of(candidates.begin(), candidates.end(), needs_torque);
+}
+
 std::vector<std::size_t> shared_entries(const Candidate& candidate) {
   std::vector<std::size_t> out;
   for (const std::size_t k : form_of(candidate).shared) out.push_back(kSharedPlace[candidate.effect] + k);

@@ -20,6 +20,7 @@ struct Candidate {
 std::string name_of(const Candidate& candidate);  // of the effect
 const EffectForm& form_of(const Candidate& candidate);
 bool needs_torque(const Candidate& candidate);  // it shows in the shaft's torque alone
+bool any_needs_torque(const std::vector<Candidate>& candidates);
 
 // Entries of the vectors that a candidate frees.
 std::vector<std::size_t> shared_entries(const Candidate& candidate);

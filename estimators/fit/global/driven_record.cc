@@ -115,8 +115,6 @@ DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double long
   add_voltage_rate(record);
   add_rotor_turn(record);
   add_temperature(record, series);
-  record.torque = torque_windows(series.torque_Nm, record.frame, record.thinned);
-  weigh(record.torque, torque_range_Nm(record.torque), kMissing);
   return record;
 }
 

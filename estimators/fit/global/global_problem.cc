@@ -98,7 +98,8 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
         entry.series =
             std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, longest_sample_s));
         const FrameRecord& frame = entry.series->frame;
-        if (!judge_torque) entry.series->torque.clear();
+        if (judge_torque)
+          entry.series->torque = torque_windows(record.series.torque_Nm, frame, entry.series->thinned);
         sample_time_ = std::max(sample_time_, record.series.sample_time_s);
         for (std::size_t n = frame.judged_from; n < frame.size(); ++n) {
           largest_current_ = std::max(largest_current_, std::abs(frame.i[n]));

@@ -17,9 +17,6 @@
 
 namespace imrig::est {
 
-// What the zero of a torque bridge is good for, of the largest torque.
-inline constexpr double kTorqueZero = 5e-4;
-
 // Where a fit stands.
 struct GlobalPoint {
   SharedVector<double> shared{};

@@ -32,43 +32,40 @@ RecordTerms record_terms_n(const DrivenRecord& record, const Whitener& whitener,
   };
   TorqueMeans<N> torque(record);
   Vector stator = Vector::Zero(), rotor = Vector::Zero(), noise = Vector::Zero();
-  drive<N>(
-      record, steps, shared, local, lanes,
-      [&](std::size_t k, const DrivenCurrent<N>& i) {
-        if (k < from) return;
-        const std::size_t in = (k - from) * kStretches / judged;
-        if (in != stretch) {
-          close_stretch();
-          stretch = in;
-        }
-        const std::complex<double> error = i.value - record.frame.i[k];
-        out.error2 += std::norm(error);
-        out.signal2 += std::norm(record.frame.i[k]);
-        Vector row;
-        row.template head<N>().real() = i.change.row(0);
-        row.template head<N>().imag() = i.change.row(1);
-        row[N] = error;
-        const auto& filter = whitener.step(k);
-        const std::complex<double> c = whitener.output(1.0, 0.0);
-        row -= c * (stator - rotor);
-        const Vector next =
-            filter.F(0, 0) * stator + filter.F(0, 1) * rotor + filter.input(0) * noise + filter.K(0) * row;
-        rotor =
-            filter.F(1, 0) * stator + filter.F(1, 1) * rotor + filter.input(1) * noise + filter.K(1) * row;
-        noise = filter.K(2) * row;
-        stator = next;
-        row *= filter.weight;
-        sums.add(row.real());
-        sums.add(row.imag());
-        if (trace == nullptr) return;
-        trace->error.push_back(-error);
-        trace->whitened.push_back(-row[N]);
-        if (!trace->want_rows) return;
-        const auto at_row = static_cast<Eigen::Index>(2 * (k - from));
-        trace->rows.row(at_row) = row.head(used).real().transpose();
-        trace->rows.row(at_row + 1) = row.head(used).imag().transpose();
-      },
-      torque);
+  const auto current = [&](std::size_t k, const DrivenCurrent<N>& i) {
+    if (k < from) return;
+    const std::size_t in = (k - from) * kStretches / judged;
+    if (in != stretch) {
+      close_stretch();
+      stretch = in;
+    }
+    const std::complex<double> error = i.value - record.frame.i[k];
+    out.error2 += std::norm(error);
+    out.signal2 += std::norm(record.frame.i[k]);
+    Vector row;
+    row.template head<N>().real() = i.change.row(0);
+    row.template head<N>().imag() = i.change.row(1);
+    row[N] = error;
+    const auto& filter = whitener.step(k);
+    const std::complex<double> c = whitener.output(1.0, 0.0);
+    row -= c * (stator - rotor);
+    const Vector next =
+        filter.F(0, 0) * stator + filter.F(0, 1) * rotor + filter.input(0) * noise + filter.K(0) * row;
+    rotor = filter.F(1, 0) * stator + filter.F(1, 1) * rotor + filter.input(1) * noise + filter.K(1) * row;
+    noise = filter.K(2) * row;
+    stator = next;
+    row *= filter.weight;
+    sums.add(row.real());
+    sums.add(row.imag());
+    if (trace == nullptr) return;
+    trace->error.push_back(-error);
+    trace->whitened.push_back(-row[N]);
+    if (!trace->want_rows) return;
+    const auto at_row = static_cast<Eigen::Index>(2 * (k - from));
+    trace->rows.row(at_row) = row.head(used).real().transpose();
+    trace->rows.row(at_row + 1) = row.head(used).imag().transpose();
+  };
+  drive<N>(record, steps, shared, local, lanes, current, torque);
   close_stretch();
   out.values = 2 * judged;
   out.chi2 = whole(N, N);

@@ -10,6 +10,9 @@
 
 namespace imrig::est {
 
+// What the zero of a torque bridge is good for, of its range.
+inline constexpr double kTorqueZero = 5e-4;
+
 // One sigma of what a torque transducer may be off by everywhere.
 struct TransducerAccuracy {
   double gain = 0.002;  // class 0.2

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 
+#include "estimators/fit/global/torque_sums.h"
 #include "rig/base/space_vector.h"
 
 namespace imrig::est {
@@ -24,7 +25,6 @@ constexpr double kMostDrift = 0.02;  // and at all
 constexpr double kColour = 3.0;      // a torque bridge is filtered: its noise averages out slowly
 constexpr double kRelative = 0.003;  // of the value: power meter and torque bridge
 constexpr double kAngle = 1e-3;      // of the apparent torque: voltage and current channels, rad
-constexpr double kOfLargest = 5e-4;  // zero of the bridge
 
 constexpr double kLoaded = 0.3;   // of the apparent torque, before a factor can be told
 constexpr double kSpread = 0.003;         // least eigenvalue that tells factor, R_s and friction apart,
@@ -89,7 +89,7 @@ class Cutter {
   }
 
  private:
-  // Nothing where a sample is missing or the shaft stands still.
+  // Nothing where hardly a torque was measured or the shaft stands still.
   std::optional<TorqueWindow> window(std::size_t from, std::size_t to) const {
     const std::size_t first = frame_.first + from * by_, last = frame_.first + to * by_;
     const double w_r = mean_of(frame_.w_r, from, to);
@@ -172,7 +172,7 @@ void weigh(std::vector<TorqueWindow>& windows, double range_Nm, double declared_
   // What meters are off by is the same in all windows of a record: together they are worth one.
   const double alike = std::sqrt(static_cast<double>(windows.size()));
   for (TorqueWindow& w : windows) {
-    const double meters = std::hypot(kRelative * w.mean_Nm, kAngle * w.apparent_Nm, kOfLargest * range_Nm);
+    const double meters = std::hypot(kRelative * w.mean_Nm, kAngle * w.apparent_Nm, kTorqueZero * range_Nm);
     const double declared = std::isfinite(declared_Nm) ? kColour * declared_Nm / std::sqrt(w.samples) : 0.0;
     w.sigma_Nm = std::hypot(std::max(w.noise_Nm, declared), w.hidden_Nm, alike * meters);
   }

@@ -157,6 +157,11 @@ TEST(ShaftTorque, HasTheDerivativesOfDifferences) {
   }
 }
 
+std::vector<TorqueWindow> windows_of(const TimeSeries& series, int pole_pairs) {
+  const DrivenRecord record = driven_record(series, pole_pairs);
+  return torque_windows(series.torque_Nm, record.frame, record.thinned);
+}
+
 TEST(TorqueWindows, AreCutWhereTheSpeedMovesAndLeftOutWhereItNeverStands) {
   const auto& motor = synthetic::motors()[1];
   const double w_0 = 2.0 * kPi * motor.f_Hz / motor.pole_pairs;
@@ -166,7 +171,7 @@ TEST(TorqueWindows, AreCutWhereTheSpeedMovesAndLeftOutWhereItNeverStands) {
     c.speed_rad_s = speed;
     TimeSeries series = synthetic::record(motor, c);
     series.torque_Nm.assign(series.size(), 10.0);
-    return driven_record(series, motor.pole_pairs).torque;
+    return windows_of(series, motor.pole_pairs);
   };
   EXPECT_EQ(windows([&](double) { return 0.97 * w_0; }).size(), 1u);
   EXPECT_TRUE(windows([&](double t) { return 0.3 * w_0 * (1.0 + t); }).empty()) << "it runs up";
@@ -234,7 +239,7 @@ TEST(TorqueWindows, TakeChannelsWithGaps) {
   }
   EXPECT_NEAR(predicted_over_measured(set_of(motor, {r}), truth(motor)), 1.0, 1e-3);
   std::fill(r.series.torque_Nm.begin(), r.series.torque_Nm.end(), kMissing);
-  EXPECT_TRUE(driven_record(r.series, motor.pole_pairs).torque.empty());
+  EXPECT_TRUE(windows_of(r.series, motor.pole_pairs).empty());
 }
 
 TEST(TorqueWindows, AreNotFittedUnlessAskedFor) {
