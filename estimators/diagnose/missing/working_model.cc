@@ -43,6 +43,7 @@ void admit(const char* effect, double sigma, WorkingModel& out) {
   const std::size_t number = *effect_number(effect);
   if (!(sigma > 0.0) || out.has(number)) return;
   for (std::size_t e = kSharedPlace[number]; e < kSharedPlace[number + 1]; ++e) {
+    if (shared_parameter(e).role != Role::kAmplitude) continue;
     out.nuisances.push_back(e);
     out.priors.push_back({e, shared_parameter(e).neutral, sigma});
   }

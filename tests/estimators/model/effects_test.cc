@@ -269,6 +269,29 @@ TEST(Effects, IronAtTheStatorTakesItsConductanceTimesTheEmf) {
   EXPECT_LT(std::abs(plain(in.i) - bare_i - G * plain(in.e_s)), 1e-12);
 }
 
+// What a voltage lag makes of one volt that turns at `w`.
+Complex led(double lag_s, double filter_s, double w) {
+  const double p[] = {lag_s, filter_s};
+  Instant at;
+  at.w_k = w;
+  at.voltage_rate = Complex(0.0, w);
+  Cx<double> v{1.0, 0.0};
+  VoltageLag<double>(p, nullptr).voltage(v, {}, at);
+  return {v.re, v.im};
+}
+
+TEST(Effects, AVoltageLagsSecondOrderIsThatOfAFilterOrOfADelay) {
+  constexpr double kLag_s = 4e-5, kFilter_s = 1.6e-4;
+  for (const double w : {125.0, 314.0, -377.0}) {
+    const Complex j(0.0, 1.0), slower = 1.0 + j * w * (kFilter_s + kLag_s), known = 1.0 + j * w * kFilter_s;
+    EXPECT_LT(std::abs(led(kLag_s, kFilter_s, w) - slower / known), kLag_s * kFilter_s * kFilter_s * 6e7)
+        << w;
+    EXPECT_GT(std::abs(led(kLag_s, 0.0, w) - slower / known), 0.9 * w * w * kLag_s * kFilter_s) << w;
+    EXPECT_LT(std::abs(led(kLag_s, -0.5 * kLag_s, w) - std::polar(1.0, w * kLag_s)), 1e-6) << w;
+    EXPECT_EQ(led(kLag_s, 0.0, w), Complex(1.0, w * kLag_s)) << "a filter that nobody declared";
+  }
+}
+
 TEST(Effects, ASpeedOffsetAndHysteresisAtTheRotorFluxAreOneAndTheSame) {
   // The twin that no electrical measurement separates: G = k/w at the rotor flux is a slip that is off by R_r
   // k.
