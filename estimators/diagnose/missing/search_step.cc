@@ -86,6 +86,15 @@ double noise_gain(const GlobalProblem& problem, const Trial& base) {
   return std::isfinite(gain) ? gain : 0.0;
 }
 
+// Amplitude and shape may trade places, so that neither is sure by itself: then what the torque wins beside
+// all that the transducer may do decides.
+bool sure_of_torque(const GlobalProblem& problem, const Trial& trial, const Trial& base) {
+  const double own = static_cast<double>(shared_entries(trial.candidate).size());
+  const double won =
+      base.torque.chi2_beside(problem.transducer()) - trial.torque.chi2_beside(problem.transducer());
+  return trial.wald > kSure || (own > 1.0 && won > kSure * kSure * own);
+}
+
 bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial& trial) {
   const std::size_t records = problem.fitted().size();
   const Trial& base = step.base;
@@ -96,7 +105,8 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   if (base.chi2 - trial.chi2 < kOverNoise * step.noise_gain) return false;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
   if (explains_most(trial, base)) return true;
-  if (explains_torque(problem, trial, base) && trial.wald > kSure && surely_better(trial, base) > kTold)
+  if (explains_torque(problem, trial, base) && sure_of_torque(problem, trial, base) &&
+      surely_better(trial, base) > kTold)
     return true;
   if (base.left_out_chi2 <= trial.left_out_chi2) return false;
   // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
@@ -142,6 +152,14 @@ void find_confusable(SearchStep& step, double values) {
 const Candidate& active_form(const WorkingModel& model, std::size_t effect) {
   return *std::find_if(model.active.begin(), model.active.end(),
                        [&](const Candidate& c) { return c.effect == effect; });
+}
+
+// A loss at the shaft whose plain law explains too little of the torque to be claimed: of a small motor,
+// whose current is the magnetizing one for the most part, stray load loss by the rotor's current alone.
+void enrich_losses(const GlobalProblem& problem, SearchStep& step) {
+  for (Trial& trial : step.trials) {
+    if (needs_torque(trial.candidate)) trial = enriched(problem, trial, trial.candidate.effect);
+  }
 }
 
 // The forms of the claims that come close to the best are made as rich as the data ask, before they are
@@ -277,6 +295,10 @@ SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record,
   tell("done", wanted.size(), wanted.size());
   const double values = values_of(step.base);
   sort_and_claim(problem, step);
+  if (step.claims.empty() && !torque_inside_band(problem, step.base.torque)) {
+    enrich_losses(problem, step);
+    sort_and_claim(problem, step);
+  }
   enrich_claims(problem, step, step.claims, values);
   sort_and_claim(problem, step);
   prefer_laws(step, step.claims, values);

@@ -71,6 +71,14 @@ TEST_P(OneHidden, IsNamedOrStandsBesideItsTwinAndTheMisfitFalls) {
 }
 INSTANTIATE_TEST_SUITE_P(Cells, OneHidden, ::testing::ValuesIn(in_the_library()), test_name);
 
+// By the rotor's current alone it explains too little of the torque.
+TEST(SmallMotor, StrayLoadLossIsFoundThoughTheCurrentIsTheMagnetizingOne) {
+  const Outcome o = score(make_sealed(cell("stray_load_loss"), Strength::kStrong, 204, {.held_out = 4}));
+  EXPECT_LT(o.seal.machine.power_W, 1000.0);
+  EXPECT_EQ(o.named, "stray_load_loss") << words(o);
+  EXPECT_EQ(o.accepted.size(), 1u) << words(o);
+}
+
 class TwoHidden : public ::testing::TestWithParam<std::string> {};
 TEST_P(TwoHidden, AreBothFoundAndNothingElse) {
   const Outcome o = outcome_of(GetParam(), Strength::kMedium);
