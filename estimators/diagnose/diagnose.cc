@@ -62,6 +62,24 @@ double share_left(const GlobalProblem& problem, const Diagnosis& d) {
   return most;
 }
 
+// The torque alone is off, by what some loss would explain though not surely, or by so little that none was
+// worth a trial: that is no physics outside the library.
+bool loss_in_doubt(const GlobalProblem& problem, const Search& search) {
+  const auto current_inside = [&](Judgement j) {
+    j.torque = {};
+    return inside_band(problem, j);
+  };
+  const SearchChange& last = search.changes.back();
+  if (!current_inside(last.fitted) || !current_inside(last.holdout)) return false;
+  const SearchStep& step = search.steps.back();
+  const auto loss = [](const auto& x) { return needs_torque(x.candidate); };
+  if (std::none_of(step.trials.begin(), step.trials.end(), loss))
+    return std::any_of(step.ranking.scores.begin(), step.ranking.scores.end(), loss);
+  return std::any_of(step.trials.begin(), step.trials.end(), [&](const Trial& t) {
+    return loss(t) && t.sound && torque_inside_band(problem, t.torque);
+  });
+}
+
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const SearchStep& first = d.search.steps.front();
   const double before = chi2_per_value(first.base), after = chi2_per_value(d.search.final);
@@ -72,7 +90,10 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     // Records left out that are off though the fit is not: too few to hold the parameters.
     const bool fits = first.base.chi2 < kBand * static_cast<double>(first.base.model.fit.values);
     if (before < kBand)
-      d.verdict = few_could_be_seen(d) ? "cannot_tell" : d.search.at_floor ? "adequate" : "unknown";
+      d.verdict = few_could_be_seen(d)               ? "cannot_tell"
+                  : d.search.at_floor                ? "adequate"
+                  : loss_in_doubt(problem, d.search) ? "cannot_tell"
+                                                     : "unknown";
     else
       d.verdict = fits ? "cannot_tell" : "unknown";
   } else {

@@ -61,6 +61,12 @@ void doubt_transducer(const DataSet& data, Diagnosis& d) {
         "A torque sensor that reads low under load would look much the same; check its gain.");
 }
 
+bool loss_left_open(const GlobalProblem& problem, const Diagnosis& d) {
+  const SearchChange& last = d.search.changes.back();
+  return d.verdict == "cannot_tell" && !(torque_inside_band(problem, last.fitted.torque) &&
+                                         torque_inside_band(problem, last.holdout.torque));
+}
+
 // What became of the shaft torque of time series.
 void explain_torque(const GlobalProblem& problem, Diagnosis& d) {
   if (!problem.torque_refused().empty())
@@ -89,6 +95,10 @@ void explain_torque(const GlobalProblem& problem, Diagnosis& d) {
   if (!torque_inside_band(problem, last.fitted.torque))
     d.explanation.push_back(
         "That is more than a torque bridge and a power meter leave: it is not explained.");
+  if (loss_left_open(problem, d))
+    d.explanation.push_back(
+        "A loss between air gap and shaft (friction_windage, stray_load_loss) may be the reason, but too few "
+        "stretches show it: take more loads and speeds.");
 }
 
 }  // namespace
@@ -148,7 +158,7 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
           "variance): heat does not. Look for a law of {}.",
           p.effect, p.condition, 100.0 * p.share, p.condition));
   }
-  if (d.verdict == "cannot_tell")
+  if (d.verdict == "cannot_tell" && !loss_left_open(problem, d))
     d.explanation.push_back("The data excite the motor too little to show most effects.");
   d.explanation.push_back(fmt::format("Ranked among {} effects{}.", d.ranked_among,
                                       without.empty() ? "" : "; ruled out: " + listed(without)));

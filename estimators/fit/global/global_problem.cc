@@ -229,6 +229,16 @@ GlobalProblem GlobalProblem::with(std::vector<DrivenRecord> more, const SharedVe
   return out;
 }
 
+namespace {
+
+// Of a record that nobody has taken: where a torque would be judged, whatever it is.
+std::vector<TorqueWindow> torque_windows_of_any(const DrivenRecord& record) {
+  const auto samples = record.frame.first + record.size() * static_cast<std::size_t>(record.thinned);
+  return torque_windows(std::vector<double>(samples, 0.0), record.frame, record.thinned);
+}
+
+}  // namespace
+
 void GlobalProblem::pretend(const GlobalPoint& at) {
   each(entries_.size(), threads_, [&](std::size_t k) {
     Entry& entry = entries_[k];
@@ -248,11 +258,14 @@ void GlobalProblem::pretend(const GlobalPoint& at) {
     FrameRecord& frame = entry.series->frame;
     for (std::size_t n = frame.judged_from; n < frame.size(); ++n)
       frame.i[n] -= trace.error[n - frame.judged_from];
+    const bool planned = entry.record == nullptr;
+    if (planned && torque_of_series_) entry.series->torque = torque_windows_of_any(*entry.series);
     if (entry.series->torque.empty()) return;
     RecordTrace again;  // of the current that is there now
     evaluate_one(k, at.shared, at.local[k], {}, &again);
     for (std::size_t w = 0; w < again.torque_Nm.size(); ++w)
       entry.series->torque[w].mean_Nm = again.torque_Nm[w];
+    if (planned) weigh(entry.series->torque, largest_torque_Nm_, data_.noise.torque_Nm);
   });
 }
 

@@ -105,7 +105,8 @@ class GlobalProblem {
   // data must outlive it too.
   GlobalProblem with(std::vector<DrivenRecord> more, const SharedVector<double>& shared,
                      const std::vector<NoiseLevels>& noise) const;
-  // Puts what the model at `at` would have measured, without noise, in the place of all that was measured.
+  // Puts what the model at `at` would have measured, without noise, in the place of all that was measured;
+  // records of an experiment have a torque where those of the data do.
   void pretend(const GlobalPoint& at);
 
   GlobalPoint start(const SharedVector<double>& shared) const;

@@ -163,6 +163,23 @@ TEST(TorqueOfSeries, OfTheWrongSignIsToldAndNotJudged) {
   }));
 }
 
+constexpr SealOptions kPoor{.held_out = 4, .poor = true};
+
+// A locked rotor shows no loss at the shaft.
+TEST(TorqueOfSeries, CountsInTheExperimentThatIsNamedNext) {
+  const Sealed sealed = make_sealed(cell("stray_load_loss"), Strength::kStrong, 654, kPoor);
+  const est::Diagnosis d = est::diagnose(est::identify(sealed.data, {}).model, sealed.data, {});
+  EXPECT_EQ(d.verdict, "ambiguous");
+  ASSERT_TRUE(d.next_experiment);
+  EXPECT_NE(d.next_experiment->kind, "locked_sweep");
+  EXPECT_GT(d.next_experiment->distinguishability_after, 2.0 * d.next_experiment->distinguishability_before);
+}
+
+TEST(TorqueOfSeries, ThatALossMayExplainThoughNotSurelyIsNoUnknownPhysics) {
+  const Outcome o = score(make_sealed(cell("friction"), Strength::kWeak, 653, kPoor));
+  EXPECT_EQ(o.verdict, "cannot_tell") << words(o);
+}
+
 // Wilson's interval against the worked figures in Newcombe 1998, Statistics in Medicine 17: 81 of 263.
 TEST(Shares, HaveWilsonsInterval) {
   Share s;
