@@ -1,6 +1,5 @@
 #include "tests/e2e/command.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -14,6 +13,8 @@
 #include <filesystem>
 #include <stdexcept>
 #include <thread>
+
+#include "tests/support/free_port.h"
 
 namespace imrig::test {
 
@@ -40,18 +41,6 @@ int spawn(const std::vector<std::string>& argv, int out, int err) {
 }
 
 int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
-
-int free_port(int type) {
-  const int fd = ::socket(AF_INET, type, 0);
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  ::bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof address);
-  socklen_t size = sizeof address;
-  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
-  ::close(fd);
-  return ntohs(address.sin_port);
-}
 
 }  // namespace
 

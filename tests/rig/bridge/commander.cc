@@ -1,15 +1,13 @@
 #include "tests/rig/bridge/commander.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <imrig_msg/estop_cmd_t.hpp>
 
 #include "rig/base/clock.h"
 #include "rig/base/error.h"
 #include "rig/bus/channels.h"
+#include "tests/support/free_port.h"
 
 namespace imrig {
 
@@ -22,23 +20,11 @@ namespace {
 
 Moment now() { return {monotonic_us(), wall_us()}; }
 
-int free_udp_port() {
-  const int fd = ::socket(AF_INET, SOCK_DGRAM, 0);
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  socklen_t length = sizeof address;
-  auto* generic = reinterpret_cast<sockaddr*>(&address);
-  const bool bound = ::bind(fd, generic, length) == 0 && ::getsockname(fd, generic, &length) == 0;
-  ::close(fd);
-  if (!bound) throw Error("test", "no free port");
-  return ntohs(address.sin_port);
-}
-
 }  // namespace
 
 RigConfig test_rig(const std::string& link_url) {
   RigConfig rig;
-  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(free_udp_port()) + "?ttl=0";
+  rig.bus.url = "udpm://239.255.76.77:" + std::to_string(test::free_port(SOCK_DGRAM)) + "?ttl=0";
   rig.bridge.link = link_url;
   rig.limits.device_watchdog_ms = 1500;  // these machines sleep now and then
   rig.limits.link_silence_ms = 2000;
