@@ -72,7 +72,7 @@ const est::EffectInfo& known(const std::string& effect) {
   return info;
 }
 
-est::ActiveEffect neutral_effect(const Options& options) {
+est::ActiveEffect neutral_effect(const est::Model& model, const Options& options) {
   const est::EffectInfo& info = known(options.effect);
   est::ActiveEffect effect;
   effect.name = info.name;
@@ -84,6 +84,9 @@ est::ActiveEffect neutral_effect(const Options& options) {
                 "imrig model effects lists the forms");
   for (const est::EffectParameter& p : info.shared)
     effect.parameters[p.name] = {p.neutral, kMissing, kMissing, p.unit, "neutral"};
+  // R_s keeps its meaning: that of a winding at the temperature that the file gives for it.
+  if (effect.name == "stator_heating" && std::isfinite(model.R_s_stator_C))
+    effect.parameters["reference_C"] = {model.R_s_stator_C, kMissing, kMissing, "C", "temperature of R_s"};
   return effect;
 }
 
@@ -130,12 +133,12 @@ void add(const Options& options) {
     if (options.form.empty() || options.form == same->form)
       throw Error("model " + options.model, "has the effect " + options.effect + " already",
                   "--form changes its form");
-    hold_what_goes(known(options.effect), neutral_effect(options).form, *same);
+    hold_what_goes(known(options.effect), neutral_effect(model, options).form, *same);
     same->form = options.form;
     save(std::move(model), options, options.effect + " as " + options.form);
     return;
   }
-  model.effects.push_back(neutral_effect(options));
+  model.effects.push_back(neutral_effect(model, options));
   save(std::move(model), options, "added " + options.effect);
 }
 

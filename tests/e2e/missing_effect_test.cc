@@ -86,6 +86,15 @@ TEST(MissingEffect, CanBeAddedAndTakenOutByHand) {
   const auto removed =
       run({"imrig", "model", "remove", folder / "more.toml", "core_loss", "--out", folder / "less.toml"});
   EXPECT_EQ(removed.exit_code, 0) << removed.err;
+  // R_s stays that of the winding at the temperature the file gives for it.
+  std::string warm = read_text(folder / "model.toml");
+  warm.replace(warm.find("stator_C = 25.0"), 15, "stator_C = 27.5");
+  write_text_atomically(folder / "warm.toml", warm);
+  const auto heated =
+      run({"imrig", "model", "add", folder / "warm.toml", "stator_heating", "--out", folder / "heated.toml"});
+  ASSERT_EQ(heated.exit_code, 0) << heated.err;
+  const json model = json::parse(run({"imrig", "model", "show", folder / "heated.toml", "--json"}).out);
+  EXPECT_EQ(model.at("effects").back().at("parameters").at("reference_C").at("value"), 27.5);
   for (const auto& wrong :
        {std::vector<std::string>{"imrig", "model", "remove", folder / "less.toml", "core_loss", "--out",
                                  folder / "x.toml"},

@@ -136,10 +136,6 @@ bool inside_band(const GlobalProblem& problem, const Judgement& judgement) {
          judgement.error_over_noise() < std::max(kBand, 1.0 + kByChance * judgement.error_over_noise_sigma());
 }
 
-bool inside_band(const Trial& trial) {
-  return trial.left_out_chi2 < kBand * static_cast<double>(trial.model.fit.values);
-}
-
 Search search(const GlobalProblem& problem, const WorkingModel& start, const SearchOptions& options) {
   Search out;
   WorkingModel model = start;

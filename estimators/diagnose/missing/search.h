@@ -45,9 +45,6 @@ bool inside_band(const GlobalProblem& problem, const Judgement& judgement);
 // Writes down where search.final stands now.
 void note_change(const GlobalProblem& problem, Search& search, std::string text, std::string effect);
 
-// What noise leaves of the misfit on records left out.
-bool inside_band(const Trial& trial);
-
 Search search(const GlobalProblem& problem, const WorkingModel& start, const SearchOptions& options);
 
 }  // namespace imrig::est

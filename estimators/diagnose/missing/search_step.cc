@@ -19,6 +19,7 @@ constexpr double kRicherTold = 0.7;         // one record at the far end may car
 constexpr double kFamilyWise = 0.01;
 constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a value, and
 constexpr double kLargeOfAll = 0.02;  // as a share of it
+constexpr double kPlain = 8.0;        // standard errors, where noise alone might leave the misfit
 constexpr double kOverNoise = 10.0;   // times what noise of the voltage does to the fit as it is
 constexpr double kMostOfIt = 0.5;     // of the misfit, where one record shows it all
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
@@ -113,8 +114,10 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   const double better = surely_better(trial, base);
   const double won = base.chi2 - trial.chi2;
   const bool large = won > kLargeGain * scale_of(trial) && won > kLargeOfAll * base.chi2 && better > kTold;
-  return large ||
-         (trial.wald > kSure && better > 1.0 && p_of(step.ranking, trial.candidate.effect) <= kFamilyWise);
+  // Signs of a few records cannot be drawn often enough for a small p, however far from chance a size is.
+  const bool plain = won > kLargeGain * scale_of(trial) && trial.wald > kPlain && inside_band(base);
+  return large || (trial.wald > kSure && better > 1.0 &&
+                   (plain || p_of(step.ranking, trial.candidate.effect) <= kFamilyWise));
 }
 
 // One law for all records is preferred to a value for each, unless it leaves much more unexplained.
@@ -193,6 +196,10 @@ void sort_and_claim(const GlobalProblem& problem, SearchStep& step) {
 bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Trial& base) {
   return with.sound && base.chi2 - with.chi2 > kOverNoise * noise_gain(problem, base) &&
          worth_its_values(with, base, problem.fitted().size());
+}
+
+bool inside_band(const Trial& trial) {
+  return trial.left_out_chi2 < kBand * static_cast<double>(trial.model.fit.values);
 }
 
 bool explains_most(const Trial& trial, const Trial& base) {

@@ -50,6 +50,9 @@ SearchStep search_step(const GlobalProblem& problem, Trial base, bool by_record,
 // Whether a form that frees a value for each record wins enough for that many values.
 bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Trial& base);
 
+// What noise leaves of the misfit on records left out.
+bool inside_band(const Trial& trial);
+
 // Whether a refit takes most of a misfit that no noise makes. One start, or one log, may show an effect
 // thousands of standard errors off and all by itself: then no other record asks for it, and signs of blocks
 // cannot tell it from chance.

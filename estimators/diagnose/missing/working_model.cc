@@ -119,11 +119,16 @@ Freedom WorkingModel::freedom() const {
 }
 
 std::vector<Prior> WorkingModel::live_priors() const {
-  // What a DC test tells of R_s is another thing where the inverter keeps a part of the voltage, and where
-  // the phases differ: it fed some of them.
+  // What a DC test tells of R_s is another thing where the inverter keeps a part of the voltage, where the
+  // phases differ, since it fed some of them, and where the winding heats up from nobody knows what.
   static const std::size_t drop = *effect_number("inverter_dead_time"),
-                           unbalance = *effect_number("stator_unbalance");
-  const bool spoiled = has(drop) || has(unbalance);
+                           unbalance = *effect_number("stator_unbalance"),
+                           heating = *effect_number("stator_heating");
+  const bool spoiled =
+      has(drop) || has(unbalance) ||
+      (!R_s_has_temperature && std::any_of(active.begin(), active.end(), [](const Candidate& c) {
+        return c.effect == heating && !form_of(c).local;
+      }));
   std::vector<Prior> out = priors;
   std::erase_if(out, [&](const Prior& p) {
     return p.entry < kBase ? spoiled && p.entry == 0 : has(effect_of_shared(p.entry));
@@ -212,8 +217,13 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
     }
   }
   out.active = active_effects(model);
+  const bool of_dc_test = model.R_s.found.starts_with("dc test") && std::isfinite(model.R_s.ci95_high);
+  out.R_s_has_temperature = std::isfinite(model.R_s_stator_C);
+  const std::size_t heating = *effect_number("stator_heating");
+  if (of_dc_test && out.R_s_has_temperature && !out.has(heating))
+    shared[entry_named("stator_heating", "reference_C")] = model.R_s_stator_C;
   out.at = problem.start(shared);
-  if (model.R_s.found.starts_with("dc test") && std::isfinite(model.R_s.ci95_high)) {
+  if (of_dc_test) {
     const double sigma = 0.5 * (model.R_s.ci95_high - model.R_s.ci95_low) / kNormal975;
     out.priors.push_back({0, model.R_s.value, std::max(sigma, 1e-4 * model.R_s.value)});
   }
@@ -258,6 +268,8 @@ Model to_model(const Model& before, const WorkingModel& working) {
     if (k == 0 && !working.priors.empty() && working.priors.front().entry == 0)
       (model.*base.place).found = found;
   }
+  if (working.has(*effect_number("stator_heating")))
+    model.R_s_stator_C = working.at.shared[entry_named("stator_heating", "reference_C")];
   model.effects.clear();
   // What is followed is written anew; what is known stays.
   std::erase_if(model.corrections, [&](const ActiveEffect& c) {

@@ -38,6 +38,7 @@ struct WorkingModel {
   // to the fit's free entries, one sigma; empty where no effect needs the torque.
   std::vector<Prior> considered;
   std::vector<double> unseen;
+  bool R_s_has_temperature = false;  // the DC test's winding temperature is known
   double common_gain = 0.0;  // declared sigma of the mean gain error, current against voltage
   std::vector<std::size_t> barred;  // effects that the user has ruled out
   std::array<Bounds, kBase> base_reach = Freedom{}.base;  // where a search lets the base parameters go

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -28,7 +29,7 @@ constexpr double kSeen = 0.5 * kSure;  // d of an effect of the size that matter
 // How surely a pair would be told apart, 1: just so; by the noise, and by the forms, which are never exact.
 double strength(const Apart& pair) {
   const double form = pair.whole > 0.0 ? std::sqrt(pair.left / (kSameShare * pair.whole)) : 0.0;
-  return std::min({pair.d() / kConfusable, form, kAmple});
+  return std::min(pair.d() / kConfusable, form);
 }
 
 using Pairs = std::vector<Apart>;
@@ -57,11 +58,14 @@ Wanted separable(const Separation& all) {
   return out;
 }
 
-// The first of those that come close to the best.
-std::size_t best_of(const std::vector<double>& values) {
-  const double most = *std::max_element(values.begin(), values.end());
+// The first of those that come close to the best in what they add to `now`. Both go with the root of the
+// data.
+std::size_t best_of(const std::vector<double>& values, double now) {
+  const auto added = [now](double x) { return std::copysign(x * x, x) - now * now; };
+  const double most = added(*std::max_element(values.begin(), values.end()));
+  const double enough = most > 0.0 ? kAsGood * kAsGood * most : most;
   return static_cast<std::size_t>(
-      std::find_if(values.begin(), values.end(), [&](double x) { return x >= kAsGood * most; }) -
+      std::find_if(values.begin(), values.end(), [&](double x) { return added(x) >= enough; }) -
       values.begin());
 }
 
@@ -73,17 +77,22 @@ struct Choice {
 // By linearised fits; the winner is fitted to the end, and stays only if it still wins.
 Choice choose(const Separation& all, const Wanted& wanted) {
   std::vector<double> values;
-  for (std::size_t e = 0; e < all.experiments(); ++e) values.push_back(weakest(all.with(e), wanted));
+  const double now = weakest(all.now(), wanted);
+  // Records that disagree with each other leave a doubt that more of the same would not: then the most
+  // counts.
+  const double ample = now < kAmple ? kAmple : std::numeric_limits<double>::infinity();
+  const auto value = [&](const Pairs& pairs) { return std::min(ample, weakest(pairs, wanted)); };
+  for (std::size_t e = 0; e < all.experiments(); ++e) values.push_back(value(all.with(e)));
   std::map<std::size_t, Pairs> refitted;
   while (true) {
-    const std::size_t e = best_of(values);
+    const std::size_t e = best_of(values, now);
     if (refitted.contains(e)) return {e, refitted.at(e)};
     if (refitted.size() == kMostRefits) {
       for (std::size_t k = 0; k < values.size(); ++k) values[k] = refitted.contains(k) ? values[k] : -1.0;
       continue;
     }
     refitted[e] = all.refitted(e);
-    values[e] = weakest(refitted[e], wanted);
+    values[e] = value(refitted[e]);
   }
 }
 
@@ -226,7 +235,7 @@ std::optional<NextExperiment> revealing_experiment(const GlobalProblem& problem,
   };
   std::vector<double> values;
   for (const auto& d : seen.with) values.push_back(worth(d));
-  const std::size_t best = best_of(values);
+  const std::size_t best = best_of(values, worth(seen.now));
   std::vector<std::string> shown;
   double before = 1e300, after = 1e300;
   for (std::size_t k = 0; k < seen.effects.size(); ++k) {

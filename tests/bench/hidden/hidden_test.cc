@@ -175,9 +175,50 @@ TEST(TorqueOfSeries, CountsInTheExperimentThatIsNamedNext) {
   EXPECT_GT(d.next_experiment->distinguishability_after, 2.0 * d.next_experiment->distinguishability_before);
 }
 
+// d is 3.8 already; what adds nothing comes close to the best all the same.
+TEST(TorqueOfSeries, ChoosesTheExperimentByWhatItAdds) {
+  const Sealed sealed = make_sealed(cell("stray_load_loss"), Strength::kStrong, 902, kPoor);
+  const est::Diagnosis d = est::diagnose(est::identify(sealed.data, {}).model, sealed.data, {});
+  ASSERT_TRUE(d.next_experiment);
+  EXPECT_GT(d.next_experiment->distinguishability_before, 3.0);
+  EXPECT_GT(d.next_experiment->distinguishability_after, 1.4 * d.next_experiment->distinguishability_before);
+}
+
 TEST(TorqueOfSeries, ThatALossMayExplainThoughNotSurelyIsNoUnknownPhysics) {
   const Outcome o = score(make_sealed(cell("friction"), Strength::kWeak, 653, kPoor));
   EXPECT_EQ(o.verdict, "cannot_tell") << words(o);
+}
+
+// The DC test was cold and tells R_s of a cold winding. Copper: 0.393 % a kelvin of what it has at 25
+// degrees.
+TEST(FewRecords, ShowAStatorThatIsWarmerThanInTheDcTest) {
+  constexpr double kCopper_per_K = 0.00393;
+  Sealed sealed = make_sealed(cell("stator_heating"), Strength::kMedium, 705, kPoor);
+  for (const bool temperature_of_dc_test : {true, false}) {
+    if (!temperature_of_dc_test) {
+      for (Record& r : sealed.data.records) {
+        if (r.kind == RecordKind::kDc) r.series.stator_C.clear();
+      }
+    }
+    const est::Diagnosis d = est::diagnose(est::identify(sealed.data, {}).model, sealed.data, {});
+    EXPECT_EQ(d.verdict, "missing");
+    ASSERT_EQ(d.effect, "stator_heating");
+    const est::Model found = est::to_model(est::Model{}, d.search.final.model);
+    const est::Parameter per_K = found.effects.front().parameters.at("per_K");
+    const double reference_C = found.effects.front().parameters.at("reference_C").value;
+    EXPECT_EQ(reference_C == 25.0, temperature_of_dc_test);
+    EXPECT_EQ(found.R_s_stator_C, reference_C);
+    const double truth = kCopper_per_K / (1.0 + kCopper_per_K * (reference_C - 25.0));
+    EXPECT_NEAR(per_K.value, truth, 0.04 * truth);
+    EXPECT_LT(per_K.ci95_low, truth);
+    EXPECT_GT(per_K.ci95_high, truth);
+  }
+}
+
+// Too few to draw signs from, but eighteen standard errors.
+TEST(FewRecords, NameWhatIsPlain) {
+  const Outcome o = score(make_sealed(cell("stator_heating"), Strength::kWeak, 712, kPoor));
+  EXPECT_EQ(o.named, "stator_heating") << words(o);
 }
 
 // Wilson's interval against the worked figures in Newcombe 1998, Statistics in Medicine 17: 81 of 263.
