@@ -22,6 +22,7 @@ namespace imrig::est {
 namespace {
 
 constexpr double kExplained = 0.85;     // share of the excess that an explanation must take away
+constexpr double kMostOfOff = 0.5;      // of the chi2 by which the torque is off
 constexpr double kFineTime_s = 1.3e-4;  // averages of samples, where those of kThinnedTime_s hide something
 constexpr std::size_t kMostEffects = 4, kMostWithARest = 2;  // at once; the latter where something remains
 
@@ -40,7 +41,9 @@ void suggest(const GlobalProblem& problem, const Model& model, const DiagnoseOpt
   }
   std::vector<std::size_t> blind;
   for (const CandidateResult& c : d.candidates) {
-    if (c.verdict == "cannot tell") blind.push_back(*effect_number(c.effect));
+    const bool doubted =
+        std::find(d.losses_in_doubt.begin(), d.losses_in_doubt.end(), c.effect) != d.losses_in_doubt.end();
+    if (c.verdict == "cannot tell" || doubted) blind.push_back(*effect_number(c.effect));
   }
   if (!blind.empty()) d.next_experiment = revealing_experiment(problem, first, blind, range);
 }
@@ -62,22 +65,30 @@ double share_left(const GlobalProblem& problem, const Diagnosis& d) {
   return most;
 }
 
-// The torque alone is off, by what some loss would explain though not surely, or by so little that none was
-// worth a trial: that is no physics outside the library.
-bool loss_in_doubt(const GlobalProblem& problem, const Search& search) {
+// The torque alone is off, by what some loss would explain though not surely, or by so little that a loss
+// worth all of it was worth no trial: that is no physics outside the library. Names of those losses.
+std::vector<std::string> losses_in_doubt(const GlobalProblem& problem, const Search& search) {
   const auto current_inside = [&](Judgement j) {
     j.torque = {};
     return inside_band(problem, j);
   };
   const SearchChange& last = search.changes.back();
-  if (!current_inside(last.fitted) || !current_inside(last.holdout)) return false;
+  if (!current_inside(last.fitted) || !current_inside(last.holdout)) return {};
   const SearchStep& step = search.steps.back();
-  const auto loss = [](const auto& x) { return needs_torque(x.candidate); };
-  if (std::none_of(step.trials.begin(), step.trials.end(), loss))
-    return std::any_of(step.ranking.scores.begin(), step.ranking.scores.end(), loss);
-  return std::any_of(step.trials.begin(), step.trials.end(), [&](const Trial& t) {
-    return loss(t) && t.sound && torque_inside_band(problem, t.torque);
-  });
+  std::set<std::string> out;
+  for (const Trial& t : step.trials) {
+    if (needs_torque(t.candidate) && t.sound && torque_inside_band(problem, t.torque))
+      out.insert(name_of(t.candidate));
+  }
+  const TorqueSums& torque = step.base.torque;
+  const double off = (torque_chi2_per_value(problem, torque) - 1.0) * torque.values();
+  for (const Score& s : step.ranking.scores) {
+    const bool tried = std::any_of(step.trials.begin(), step.trials.end(),
+                                   [&](const Trial& t) { return t.candidate.effect == s.candidate.effect; });
+    if (needs_torque(s.candidate) && !tried && s.lambda > 0.0 && s.lambda > kMostOfOff * off)
+      out.insert(name_of(s.candidate));
+  }
+  return {out.begin(), out.end()};
 }
 
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
@@ -89,13 +100,16 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   if (d.search.findings.empty()) {
     // Records left out that are off though the fit is not: too few to hold the parameters.
     const bool fits = first.base.chi2 < kBand * static_cast<double>(first.base.model.fit.values);
-    if (before < kBand)
-      d.verdict = few_could_be_seen(d)               ? "cannot_tell"
-                  : d.search.at_floor                ? "adequate"
-                  : loss_in_doubt(problem, d.search) ? "cannot_tell"
-                                                     : "unknown";
-    else
+    if (before >= kBand)
       d.verdict = fits ? "cannot_tell" : "unknown";
+    else if (few_could_be_seen(d))
+      d.verdict = "cannot_tell";
+    else if (d.search.at_floor)
+      d.verdict = "adequate";
+    else {
+      d.losses_in_doubt = losses_in_doubt(problem, d.search);
+      d.verdict = d.losses_in_doubt.empty() ? "unknown" : "cannot_tell";
+    }
   } else {
     const Finding& main = d.search.findings.front();
     d.confusable.push_back(name_of(main.candidate));

@@ -5,7 +5,8 @@
 //   missing      one effect explains the misfit
 //   ambiguous    several do, and these data cannot tell them apart
 //   unknown      the misfit stays, or what was accepted does not hold still: not in the library
-//   cannot_tell  the data could not show the effects that matter
+//   cannot_tell  the data could not show the effects that matter, or a loss may be why the torque is off, not
+//   surely
 // Reads the data set and the model, nothing else.
 
 #include <functional>
@@ -48,6 +49,7 @@ struct Diagnosis {
   std::vector<std::string> confusable;  // the effect among them; empty without an effect
   std::size_t ranked_among = 0;
   std::vector<CandidateResult> candidates;
+  std::vector<std::string> losses_in_doubt;  // at the shaft: may be why the torque is off, not surely
   std::optional<Unexplained> unexplained;
   std::optional<NextExperiment> next_experiment;
   std::vector<std::string> explanation;  // sentences for people

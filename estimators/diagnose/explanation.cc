@@ -14,6 +14,7 @@ namespace imrig::est {
 namespace {
 
 constexpr std::size_t kMostWarnings = 3;
+constexpr double kHalfASample = 0.1;  // of it
 
 void explain_findings(const SearchStep& step, Diagnosis& d) {
   const EffectInfo& info = kEffectInfos[d.search.findings.front().candidate.effect];
@@ -61,12 +62,6 @@ void doubt_transducer(const DataSet& data, Diagnosis& d) {
         "A torque sensor that reads low under load would look much the same; check its gain.");
 }
 
-bool loss_left_open(const GlobalProblem& problem, const Diagnosis& d) {
-  const SearchChange& last = d.search.changes.back();
-  return d.verdict == "cannot_tell" && !(torque_inside_band(problem, last.fitted.torque) &&
-                                         torque_inside_band(problem, last.holdout.torque));
-}
-
 // What became of the shaft torque of time series.
 void explain_torque(const GlobalProblem& problem, Diagnosis& d) {
   if (!problem.torque_refused().empty())
@@ -95,10 +90,24 @@ void explain_torque(const GlobalProblem& problem, Diagnosis& d) {
   if (!torque_inside_band(problem, last.fitted.torque))
     d.explanation.push_back(
         "That is more than a torque bridge and a power meter leave: it is not explained.");
-  if (loss_left_open(problem, d))
+}
+
+// Voltages that are means over a sample, or held during it, belong to its middle.
+void explain_lag(const GlobalProblem& problem, Diagnosis& d) {
+  const std::size_t number = *effect_number("voltage_lag");
+  if (!accepted(d, number)) return;
+  const double lag_s = d.search.final.model.at.shared[kSharedPlace[number]];
+  for (const GlobalProblem::Entry& e : problem.entries()) {
+    if (!e.series) continue;
+    const double half_s = 0.5 * e.record->series.sample_time_s;
+    if (std::abs(std::abs(lag_s) - half_s) > kHalfASample * half_s) return;
     d.explanation.push_back(
-        "A loss between air gap and shaft (friction_windage, stray_load_loss) may be the reason, but too few "
-        "stretches show it: take more loads and speeds.");
+        fmt::format("That is half a sample: are these voltages means over a sample, or held during it, with "
+                    "the time of its {}? "
+                    "Then no sensor lags; they belong to the middle of the sample.",
+                    lag_s < 0.0 ? "beginning" : "end"));
+    return;
+  }
 }
 
 }  // namespace
@@ -136,14 +145,15 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
   }
   explain_torque(problem, d);
   doubt_transducer(problem.data(), d);
+  explain_lag(problem, d);
   if (!d.effect.empty() && d.unexplained)
     d.explanation.push_back("Something remains that no effect of the library explains: " +
                             d.unexplained->description);
   if (!d.effect.empty() && !d.unexplained && !d.search.at_floor)
     d.explanation.push_back(
         "Records held out lie above what noise leaves: they may reach beyond what was fitted (larger "
-        "current, flux "
-        "or slip), where the form of an effect is not known.");
+        "current, "
+        "flux or slip), where the form of an effect is not known.");
   if (d.verdict == "unknown")
     d.explanation.push_back((d.search.findings.empty()
                                  ? "No effect of the library explains the misfit: "
@@ -158,7 +168,13 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
           "variance): heat does not. Look for a law of {}.",
           p.effect, p.condition, 100.0 * p.share, p.condition));
   }
-  if (d.verdict == "cannot_tell" && !loss_left_open(problem, d))
+  if (!d.losses_in_doubt.empty())
+    d.explanation.push_back(
+        fmt::format("A loss between air gap and shaft ({}) may be why the torque is off, but too few "
+                    "stretches of steady speed, or "
+                    "too much alike, show it to be sure: take more loads and speeds.",
+                    listed(d.losses_in_doubt)));
+  if (d.verdict == "cannot_tell" && d.losses_in_doubt.empty())
     d.explanation.push_back("The data excite the motor too little to show most effects.");
   d.explanation.push_back(fmt::format("Ranked among {} effects{}.", d.ranked_among,
                                       without.empty() ? "" : "; ruled out: " + listed(without)));

@@ -19,7 +19,7 @@ struct Pool {
 
 Pool pool_of(const MachineParameters<double>& machine, int pole_pairs, const TimeSeries& series) {
   try {
-    const FrameRecord record = to_frame(series, pole_pairs);
+    const FrameRecord record = to_driving_frame(series, pole_pairs);
     const RecordProblem problem(record, false, false);
     return {problem.error(machine), problem.signal()};
   } catch (const Error&) {

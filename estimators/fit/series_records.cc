@@ -146,7 +146,7 @@ SeriesSetting at_temperature(const SeriesSetting& setting, const TimeSeries& ser
 void fit_one(const DataSet& data, const Record& record, const SeriesSetting& shared,
              const IdentifyOptions& options, RecordResult& result) {
   const SeriesSetting setting = at_temperature(shared, record.series);
-  const FrameRecord frame = to_frame(record.series, data.pole_pairs);
+  const FrameRecord frame = to_driving_frame(record.series, data.pole_pairs);
   const MeanConditions mean = mean_conditions(frame);
   result.f_Hz = mean.f_Hz;
   result.slip = mean.slip;

@@ -139,4 +139,32 @@ FrameRecord to_frame(const TimeSeries& series, int pole_pairs) {
   return record;
 }
 
+void straighten(std::vector<Complex>& v) {
+  if (v.size() < 5) return;
+  std::vector<Complex> bend(v.size(), 0.0);  // second differences, 0 beside a step
+  for (std::size_t k = 1; k + 1 < v.size(); ++k) {
+    bend[k] = v[k + 1] - 2.0 * v[k] + v[k - 1];
+    if (std::norm(bend[k]) > kBend * kBend * std::norm(v[k])) bend[k] = 0.0;
+  }
+  double second = 0.0, fourth = 0.0;
+  std::vector<Complex> bend_of_bend(v.size(), 0.0);
+  for (std::size_t k = 2; k + 2 < v.size(); ++k) {
+    if (bend[k - 1] == 0.0 || bend[k] == 0.0 || bend[k + 1] == 0.0) continue;
+    bend_of_bend[k] = bend[k + 1] - 2.0 * bend[k] + bend[k - 1];
+    second += std::norm(bend[k]);
+    fourth += std::norm(bend_of_bend[k]);
+  }
+  if (!(second > 0.0)) return;
+  // 6 and 70: what differences make of white noise.
+  const double smooth = std::clamp((0.5 - (fourth / 70.0) / (second / 6.0)) / 0.3, 0.0, 1.0);
+  for (std::size_t k = 2; k + 2 < v.size(); ++k)
+    v[k] -= smooth * (bend[k] * (1.0 / 12.0) - bend_of_bend[k] * (11.0 / 720.0));
+}
+
+FrameRecord to_driving_frame(const TimeSeries& series, int pole_pairs) {
+  FrameRecord record = to_frame(series, pole_pairs);
+  straighten(record.v);
+  return record;
+}
+
 }  // namespace imrig::est

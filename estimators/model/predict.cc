@@ -54,7 +54,7 @@ FluxState<double> best_initial_state(const LinearResponse& response, const Frame
 
 CurrentPrediction predict_current(const MachineParameters<double>& p, int pole_pairs,
                                   const TimeSeries& series) {
-  const FrameRecord record = to_frame(series, pole_pairs);
+  const FrameRecord record = to_driving_frame(series, pole_pairs);
   CurrentPrediction out;
   const LinearResponse response = linear_response(p, record);
   out.initial = best_initial_state(response, record);

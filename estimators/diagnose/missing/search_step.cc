@@ -21,6 +21,8 @@ constexpr double kLargeGain = 100.0;  // drop of chi2, in units of the misfit a 
 constexpr double kLargeOfAll = 0.02;  // as a share of it
 constexpr double kPlain = 8.0;        // standard errors, where noise alone might leave the misfit
 constexpr double kOverNoise = 10.0;   // times what noise of the voltage does to the fit as it is
+constexpr double kLeastMisfit = 0.6;  // chi2 a value
+constexpr double kShareOfUnknown = 0.2;  // of chi2 below that
 constexpr double kMostOfIt = 0.5;     // of the misfit, where one record shows it all
 constexpr double kClose = 4.0, kCloseShare = 0.1;  // claims that are made as rich as the data ask
 constexpr std::size_t kMostEnriched = 3;
@@ -96,6 +98,10 @@ bool sure_of_torque(const GlobalProblem& problem, const Trial& trial, const Tria
   return trial.wald > kSure || (own > 1.0 && won > kSure * kSure * own);
 }
 
+// A misfit far below what was reckoned with: that was more than noise (ripple, harmonics, steps between
+// samples), and nobody knows how it is distributed.
+bool noise_is_known(const Trial& base) { return base.chi2 > kLeastMisfit * values_of(base); }
+
 bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial& trial) {
   const std::size_t records = problem.fitted().size();
   const Trial& base = step.base;
@@ -104,6 +110,7 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
   if (base.chi2 - trial.chi2 < kOverNoise * step.noise_gain) return false;
+  if (!noise_is_known(base) && base.chi2 - trial.chi2 < kShareOfUnknown * base.chi2) return false;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
   if (explains_most(trial, base)) return true;
   if (explains_torque(problem, trial, base) && sure_of_torque(problem, trial, base) &&

@@ -3,8 +3,8 @@
 //
 // An effect is claimed when its refit settles inside its bounds, its amplitude stands kSure standard errors
 // (from record to record) off neutral and is large enough to matter, and the records left out are predicted
-// better. Claims are compared on records left out; those that these data cannot tell from the best make one
-// confusable set.
+// better; a loss at the shaft also by what it wins in the torque. Claims are compared on records left out;
+// those that these data cannot tell from the best make one confusable set.
 
 #include <functional>
 #include <string>

@@ -272,6 +272,7 @@ Model to_model(const Model& before, const WorkingModel& working) {
     model.R_s_stator_C = working.at.shared[entry_named("stator_heating", "reference_C")];
   model.effects.clear();
   // What is followed is written anew; what is known stays.
+  const std::vector<ActiveEffect> known = model.corrections;
   std::erase_if(model.corrections, [&](const ActiveEffect& c) {
     return std::any_of(working.nuisances.begin(), working.nuisances.end(),
                        [&](std::size_t e) { return kEffectInfos[effect_of_shared(e)].name == c.name; });
@@ -279,8 +280,12 @@ Model to_model(const Model& before, const WorkingModel& working) {
   for (const std::size_t e : working.nuisances) {
     const std::size_t number = effect_of_shared(e);
     if (working.has(number)) continue;
-    if (model.corrections.empty() || model.corrections.back().name != kEffectInfos[number].name)
-      model.corrections.push_back({kEffectInfos[number].name, "", {}});
+    if (model.corrections.empty() || model.corrections.back().name != kEffectInfos[number].name) {
+      const auto same = std::find_if(known.begin(), known.end(),
+                                     [&](const auto& c) { return c.name == kEffectInfos[number].name; });
+      model.corrections.push_back(same != known.end() ? *same
+                                                      : ActiveEffect{kEffectInfos[number].name, "", {}});
+    }
     const EffectParameter& p = shared_parameter(e);
     model.corrections.back().parameters[p.name] = parameter_of(working, e, p.unit);
   }

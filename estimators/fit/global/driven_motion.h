@@ -57,8 +57,8 @@ struct Segment {
   }
 };
 
-inline constexpr double kBend = 0.1;  // second difference of the voltage over the voltage: a step, not noise
-inline constexpr double kCurve = 0.01;  // the same of A: iron or bars that change within a step or two
+inline constexpr double kCurve =
+    0.01;  // second difference of A over A: iron or bars that change within a step or two
 
 using PlainMachine = EffectMachine<double>;
 using PlainState = EffectState<double>;

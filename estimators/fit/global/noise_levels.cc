@@ -1,5 +1,6 @@
 #include "estimators/fit/global/noise_levels.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +12,9 @@ namespace imrig::est {
 namespace {
 
 constexpr std::size_t kStretch = 64;
-constexpr double kMostColour = 3.0;  // beyond that a constant current is not constant
+constexpr double kLine = 8.0;           // times what noise puts into a line, on average
+constexpr double kLeastOfNoise = 1e-5;  // share of second differences that lies at a line, over the mean
+constexpr double kMostColour = 3.0;     // beyond that a constant current is not constant
 
 double median(std::vector<double>& x) {
   if (x.empty()) return 0.0;
@@ -23,19 +26,49 @@ double median(std::vector<double>& x) {
 double square(std::complex<double> x) { return 0.5 * std::norm(x); }  // of each component
 double square(double x) { return x * x; }
 
+// Harmonics of the supply that are fast enough to look like noise from sample to sample: six pulses a period
+// make lines at multiples of six in the frame, w_T rad of one period of the supply's frequency a sample. A
+// line goes when it holds much more of the second differences d than noise would; returns how much noise goes
+// with them, in values.
+double remove_harmonics(double w_T, std::vector<std::complex<double>>& d) {
+  double noise = 0.0;
+  std::vector<Eigen::VectorXcd> lines;
+  const auto n = static_cast<Eigen::Index>(d.size());
+  const Eigen::Map<Eigen::VectorXcd> all(d.data(), n);
+  const double power = all.squaredNorm() / static_cast<double>(n);
+  for (const int order : {-6, 6, -12, 12, -18, 18}) {
+    const double turn = order * w_T, white = std::pow(2.0 - 2.0 * std::cos(turn), 2) / 6.0;
+    if (std::abs(turn) > kPi || white < kLeastOfNoise) continue;
+    Eigen::VectorXcd line(n);
+    for (Eigen::Index k = 0; k < n; ++k) line[k] = std::polar(1.0, turn * static_cast<double>(k));
+    if (std::norm(line.dot(all)) > kLine * white * power * static_cast<double>(n))
+      lines.push_back(std::move(line)), noise += white;
+  }
+  if (lines.empty()) return 0.0;
+  Eigen::MatrixXcd basis(n, static_cast<Eigen::Index>(lines.size()));
+  for (std::size_t m = 0; m < lines.size(); ++m) basis.col(static_cast<Eigen::Index>(m)) = lines[m];
+  const Eigen::VectorXcd rest = all - basis * basis.householderQr().solve(Eigen::VectorXcd(all));
+  std::copy(rest.begin(), rest.end(), d.begin());
+  return noise;
+}
+
+double remove_harmonics(double, const std::vector<double>&) { return 0.0; }
+
 // Mean square of second differences over each stretch, divided by six.
 template <class X>
-void add_stretches(const std::vector<X>& x, std::vector<double>& out) {
+void add_stretches(const std::vector<X>& x, double w_T, std::vector<double>& out) {
+  std::vector<X> d(kStretch - 2);
   for (std::size_t from = 0; from + kStretch <= x.size(); from += kStretch) {
+    for (std::size_t k = 0; k < d.size(); ++k) d[k] = x[from + k + 2] - 2.0 * x[from + k + 1] + x[from + k];
+    const double gone = remove_harmonics(w_T, d);
     double sum = 0.0;
-    for (std::size_t k = from + 1; k + 1 < from + kStretch; ++k)
-      sum += square(x[k + 1] - 2.0 * x[k] + x[k - 1]);
-    out.push_back(sum / (6.0 * static_cast<double>(kStretch - 2)));
+    for (const X& value : d) sum += square(value);
+    out.push_back(sum / (6.0 * (static_cast<double>(d.size()) - gone)));
   }
 }
 
-// The same over averages of `by` neighbours of a constant, lines removed from each stretch: sigma of one sample, as
-// if the noise were white. The root of the mean square over stretches.
+// Of averages of `by` neighbours of a constant, lines removed from each stretch: mean square of one sample's
+// deviation over each, as if the noise were white.
 template <class X>
 void add_averages(const std::vector<X>& x, std::size_t by, std::vector<double>& out) {
   const std::size_t length = kStretch * by;
@@ -87,9 +120,10 @@ NoiseEstimate noise_levels(const DataSet& data) {
       TimeSeries series = record.series;
       series.voltage_filter_s = 0.0;  // the sensors' own noise, before the matched filter
       const FrameRecord frame = to_frame(series, data.pole_pairs);
-      add_stretches(frame.i, current);
-      add_stretches(frame.v, voltage);
-      add_stretches(frame.w_r, speed);
+      const double w_T = frame.w_k * frame.sample_time_s;
+      add_stretches(frame.i, w_T, current);
+      add_stretches(frame.v, w_T, voltage);
+      add_stretches(frame.w_r, w_T, speed);
     } catch (const Error&) {
       continue;  // cannot be fitted either
     }
@@ -108,18 +142,21 @@ NoiseEstimate noise_levels(const DataSet& data) {
   out.colour = colour_of(kept.current_A, out.seen.current_A);
   const double current_A = out.colour * out.seen.current_A;
   // What a regulator does to the voltage is no noise: it is coloured no more than the current.
-  const double voltage_V = std::min(out.colour, colour_of(kept.voltage_V, out.seen.voltage_V)) * out.seen.voltage_V;
-  // Filtered data look quiet from sample to sample: less than was declared takes a constant current to believe.
+  const double voltage_V =
+      std::min(out.colour, colour_of(kept.voltage_V, out.seen.voltage_V)) * out.seen.voltage_V;
+  // Filtered data look quiet from sample to sample: less than was declared takes a constant current to
+  // believe.
   const bool constant = kept.current_A > 0.0;
   if (out.declared) {
     out.declared_factor = current_A / data.noise.current_A;
     if (!constant) out.declared_factor = std::max(1.0, out.declared_factor);
-    if (out.declared_factor > kBelieved || out.declared_factor < 1.0 / kBelieved) out.levels.current_A = current_A;
+    if (out.declared_factor > kBelieved || out.declared_factor < 1.0 / kBelieved)
+      out.levels.current_A = current_A;
   } else {
     out.levels.current_A = current_A;
   }
-  // Ripple of the supply is voltage, and looks like noise: more than was declared is believed where it is the colour
-  // that makes it more, or as far as the current's was declared too small; less is.
+  // Ripple of the supply is voltage, and looks like noise: more than was declared is believed where it is the
+  // colour that makes it more, or as far as the current's was declared too small; less is.
   const double declared = data.noise.voltage_V;
   const bool quieter = constant && voltage_V * kBelieved < declared;
   const bool coloured = out.colour > 1.0 && out.seen.voltage_V < kBelieved * declared;

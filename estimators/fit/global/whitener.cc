@@ -1,5 +1,6 @@
 #include "estimators/fit/global/whitener.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace imrig::est {
@@ -8,9 +9,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr std::size_t kHold = 8;    // samples that share a step: the filter settles slowly
-constexpr std::size_t kAfter = 12;  // samples behind a jump that do not
-constexpr double kJump = 3.0;       // sigma of the voltage's noise
+constexpr std::size_t kHold = 8;       // samples that share a step: the filter settles slowly
+constexpr std::size_t kAfter = 12;     // samples behind a jump that do not
+constexpr double kJump = 3.0;          // sigma of the voltage's noise
+constexpr double kSmooth = 2.5;        // of |dv|^2
+constexpr double kBendOfNoise = 70.0;  // 1 + 16 + 36 + 16 + 1
 
 Eigen::Matrix2cd transition(const MachineParameters<double>& p, double w_r, double w_k, double h) {
   const Complex j(0.0, 1.0);
@@ -22,13 +25,26 @@ Eigen::Matrix2cd transition(const MachineParameters<double>& p, double w_r, doub
   return Eigen::Matrix2cd::Identity() + B + B2 / 2.0 + B2 * B / 6.0 + B2 * B2 / 24.0;
 }
 
-// |dv|^2 of the jump behind each sample; 0 where the voltage moves no more than its noise does.
+// |fourth difference|^2 at each sample, 0 at the ends.
+std::vector<double> bends(const std::vector<Complex>& v) {
+  std::vector<double> out(v.size(), 0.0);
+  for (std::size_t k = 2; k + 2 < v.size(); ++k)
+    out[k] = std::norm(v[k - 2] + v[k + 2] - 4.0 * (v[k - 1] + v[k + 1]) + 6.0 * v[k]);
+  return out;
+}
+
+// |dv|^2 of the jump behind each sample; 0 where the voltage moves no more than its noise does, and where it
+// moves along a smooth curve: harmonics of the supply. A jump bends it three times as much as it moves it, or
+// twice where averaging has spread it; a harmonic sampled eight times a period half as much.
 std::vector<double> jumps(const FrameRecord& frame, double sigma_V) {
   std::vector<double> out(frame.size(), 0.0);
-  const double least = kJump * kJump * 4.0 * sigma_V * sigma_V;
+  const double noise2 = 2.0 * sigma_V * sigma_V, least = kJump * kJump * 2.0 * noise2;
+  const std::vector<double> bend2 = bends(frame.v);
   for (std::size_t k = 0; k + 1 < frame.size(); ++k) {
     const double square = std::norm(frame.v[k + 1] - frame.v[k]);
-    if (square > least) out[k] = square;
+    const bool inside = k >= 2 && k + 3 < frame.size();
+    const bool smooth = inside && std::max(bend2[k], bend2[k + 1]) < kSmooth * square + kBendOfNoise * noise2;
+    if (square > least && !smooth) out[k] = square;
   }
   return out;
 }

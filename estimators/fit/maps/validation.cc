@@ -123,7 +123,7 @@ class Validating {
     TransientCheck check;
     check.id = record.id;
     check.holdout = record.holdout;
-    const FrameRecord frame = to_frame(record.series, data_.pole_pairs);
+    const FrameRecord frame = to_driving_frame(record.series, data_.pole_pairs);
     if (std::abs(frame.w_k) < kSlowest_rad_s) return check;
     check.f_Hz = std::abs(frame.w_k) / (2.0 * kPi);
     if (from_zero && flux_left(record.series, frame, base_)) {

@@ -189,6 +189,17 @@ TEST(TorqueOfSeries, ThatALossMayExplainThoughNotSurelyIsNoUnknownPhysics) {
   EXPECT_EQ(o.verdict, "cannot_tell") << words(o);
 }
 
+// Losses brake: a transducer that reads more than the air gap gives is no loss.
+TEST(TorqueOfSeries, ThatNoLossCanExplainIsUnknown) {
+  Sealed sealed = make_sealed(cell("nothing_torque"), Strength::kMedium, 7, kShort);
+  for (Record& r : sealed.data.records) {
+    for (double& torque : r.series.torque_Nm) torque *= torque > 0.0 ? 1.06 : 1.0 / 1.06;
+  }
+  const est::Diagnosis d = est::diagnose(est::identify(sealed.data, {}).model, sealed.data, {});
+  EXPECT_EQ(d.verdict, "unknown");
+  EXPECT_TRUE(d.losses_in_doubt.empty());
+}
+
 // The DC test was cold and tells R_s of a cold winding. Copper: 0.393 % a kelvin of what it has at 25
 // degrees.
 TEST(FewRecords, ShowAStatorThatIsWarmerThanInTheDcTest) {

@@ -16,6 +16,8 @@ struct Made {
   double current_A = 0.05, voltage_V = 0.2;
   double pole = 0.0;  // from one sample to the next
   double ripple_V = 0.0;
+  double harmonics = 0.0;  // of the 5th, two thirds of it of the 7th; of the voltage, and less of the current
+  double sample_time_s = 1e-4;
 };
 
 // Unit variance a component; x[k+1] = pole x[k] + fresh noise.
@@ -39,13 +41,17 @@ Record record(const Made& made, RecordKind kind, double f_Hz, unsigned seed) {
   Record out;
   out.kind = kind;
   TimeSeries& s = out.series;
-  s.sample_time_s = 1e-4;
+  s.sample_time_s = made.sample_time_s;
   Coloured i(made.pole, seed), v(made.pole, seed + 1000);
   for (int k = 0; k < 5000; ++k) {
     const double t = s.sample_time_s * k;
     const SpaceVector turn = std::polar(1.0, 2.0 * kPi * f_Hz * t);
-    s.i.push_back(5.0 * turn + made.current_A * i.next());
-    s.v.push_back(100.0 * turn + made.voltage_V * v.next() + made.ripple_V * std::cos(2.0 * kPi * 1500.0 * t));
+    const double w5 = -2.0 * kPi * 5.0 * f_Hz, w7 = 2.0 * kPi * 7.0 * f_Hz;
+    const SpaceVector distortion =
+        f_Hz > 0.0 ? made.harmonics * (std::polar(1.0, w5 * t) + std::polar(2.0 / 3.0, w7 * t)) : 0.0;
+    s.i.push_back(5.0 * (turn + distortion) + made.current_A * i.next());
+    s.v.push_back(100.0 * (turn + distortion) + made.voltage_V * v.next() +
+                  made.ripple_V * std::cos(2.0 * kPi * 1500.0 * t));
     s.speed_rad_s.push_back(2.0 * kPi * f_Hz / 2.0);
   }
   return out;
@@ -110,6 +116,18 @@ TEST(NoiseLevels, DoNotTakeASupplysRippleForNoiseOfTheVoltageSensor) {
   const NoiseEstimate n = noise_levels(data(made, declared(0.05, 0.2)));
   EXPECT_GT(n.seen.voltage_V, 0.4);
   EXPECT_EQ(n.levels.voltage_V, 0.2);
+}
+
+// Smooth, but at 2.5 kHz two samples of a 7th harmonic are an eighth of its period apart.
+TEST(NoiseLevels, AreNotThoseOfASupplysHarmonics) {
+  for (const double sample_time_s : {5e-5, 1e-4, 4e-4}) {
+    Made made;
+    made.harmonics = 0.03;
+    made.sample_time_s = sample_time_s;
+    const NoiseEstimate n = noise_levels(data(made, {}));
+    EXPECT_NEAR(n.seen.current_A, 0.05, 0.004) << sample_time_s;
+    EXPECT_NEAR(n.seen.voltage_V, 0.2, 0.016) << sample_time_s;
+  }
 }
 
 // Averages of m samples of x[k+1] = a x[k] + fresh keep (1 + a)/(1 - a) of white noise's variance for many samples; of

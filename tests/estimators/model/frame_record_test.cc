@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -106,6 +107,41 @@ TEST(FrameRecordTest, BadSeriesAreRefusedWithAReason) {
   TimeSeries timeless = turning(60.0, 60e-6, 100);
   timeless.sample_time_s = kMissing;
   EXPECT_THROW(to_frame(timeless, 2), Error);
+}
+
+// The integral of exp(jwt) over a sample is (2/(wh)) tan(wh/2) of what a straight line between its samples
+// has.
+TEST(Straighten, GivesLinesTheIntegralOfACurve) {
+  for (const double turn : {0.1, -0.4, 0.75, -1.1}) {
+    std::vector<Complex> v;
+    for (int k = 0; k < 400; ++k) v.push_back(100.0 + 3.0 * std::polar(1.0, turn * k));
+    const std::vector<Complex> samples = v;
+    straighten(v);
+    const double wanted = std::tan(0.5 * turn) / (0.5 * turn);
+    for (std::size_t k = 10; k < 390; ++k) {
+      const Complex gain = (v[k] - 100.0) / (samples[k] - 100.0);
+      EXPECT_NEAR(gain.real(), wanted, 0.12 * (wanted - 1.0) + 1e-9) << turn;
+      EXPECT_NEAR(gain.imag(), 0.0, 1e-9);
+    }
+  }
+}
+
+TEST(Straighten, LeavesNoiseAndStepsAsTheyAre) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<Complex> v;
+  for (int k = 0; k < 2000; ++k)
+    v.push_back(Complex(k < 1000 ? 100.0 : 120.0, 0.0) + 0.3 * Complex(normal(random), normal(random)));
+  const std::vector<Complex> samples = v;
+  straighten(v);
+  double moved = 0.0;
+  for (std::size_t k = 0; k < v.size(); ++k) moved += std::norm(v[k] - samples[k]) / 2000.0;
+  EXPECT_LT(std::sqrt(moved), 0.02 * 0.3 * std::sqrt(2.0));
+  std::vector<Complex> step(100, 100.0);
+  std::fill(step.begin() + 50, step.end(), 120.0);
+  const std::vector<Complex> before = step;
+  straighten(step);
+  EXPECT_EQ(step, before);
 }
 
 }  // namespace
