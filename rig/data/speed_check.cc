@@ -12,10 +12,10 @@ namespace imrig {
 
 namespace {
 
-constexpr double kFastest = 1.15;  // of synchronous: beyond it no generator of this kind runs
+constexpr double kFastest = 1.15;             // of synchronous: beyond it no generator of this kind runs
 constexpr std::size_t kSamplesPerValue = 20;  // so seldom a speed is new where it moves in steps
 constexpr std::size_t kFewestChanges = 8;
-constexpr double kCoarse = 5e-4;              // of slip
+constexpr double kCoarse = 1e-4;   // of slip: 0.3 % of R_r at rated slip
 constexpr double kSlowest = 0.70;  // beyond pull-out for all but special machines
 
 // Whether a motor could run at this share of the synchronous speed.

@@ -137,7 +137,8 @@ TEST(Quality, SpeedThatMovesInStepsIsDoubted) {
   EXPECT_TRUE(
       warnings(Bench(), [](int k, std::vector<double>& x) { x[7] = k < 1000 ? 1450.0 : 1460.0; }).empty())
       << "two set-points are no steps";
-  EXPECT_TRUE(with_step(1.0).empty()) << "half a turn a minute is a slip of 0.03 %";
+  EXPECT_SAID(with_step(1.0), "a slip of 0.033 %");  // 1 % of rated slip, and as much of R_r
+  EXPECT_TRUE(with_step(0.2).empty()) << "a tenth of a turn a minute is a slip of 0.007 %";
 }
 
 TEST(Quality, MilliampsAndKilovoltsAreFound) {
