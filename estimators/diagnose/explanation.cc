@@ -103,8 +103,7 @@ void explain_lag(const GlobalProblem& problem, Diagnosis& d) {
     if (std::abs(std::abs(lag_s) - half_s) > kHalfASample * half_s) return;
     d.explanation.push_back(
         fmt::format("That is half a sample: are these voltages means over a sample, or held during it, with "
-                    "the time of its {}? "
-                    "Then no sensor lags; they belong to the middle of the sample.",
+                    "the time of its {}? Then no sensor lags; they belong to the middle of the sample.",
                     lag_s < 0.0 ? "beginning" : "end"));
     return;
   }
@@ -169,11 +168,10 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
           p.effect, p.condition, 100.0 * p.share, p.condition));
   }
   if (!d.losses_in_doubt.empty())
-    d.explanation.push_back(
-        fmt::format("A loss between air gap and shaft ({}) may be why the torque is off, but too few "
-                    "stretches of steady speed, or "
-                    "too much alike, show it to be sure: take more loads and speeds.",
-                    listed(d.losses_in_doubt)));
+    d.explanation.push_back(fmt::format(
+        "A loss between air gap and shaft ({}) may be why the torque is off, but too few stretches of "
+        "steady speed, or too much alike, show it to be sure: take more loads and speeds.",
+        listed(d.losses_in_doubt)));
   if (d.verdict == "cannot_tell" && d.losses_in_doubt.empty())
     d.explanation.push_back("The data excite the motor too little to show most effects.");
   d.explanation.push_back(fmt::format("Ranked among {} effects{}.", d.ranked_among,

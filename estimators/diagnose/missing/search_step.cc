@@ -109,8 +109,9 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   if (!trial.sound || !trial.determined || (trial.size < 1.0 && !explains_most(trial, base))) return false;
   // The model follows a sensor error inside its accuracy already, so records left out do not ask for it.
   if (const auto z2 = beyond_accuracy(trial, base)) return *z2 > kSure * kSure && trial.wald > kSure;
-  if (base.chi2 - trial.chi2 < kOverNoise * step.noise_gain) return false;
-  if (!noise_is_known(base) && base.chi2 - trial.chi2 < kShareOfUnknown * base.chi2) return false;
+  const double won = base.chi2 - trial.chi2;
+  if (won < kOverNoise * step.noise_gain) return false;
+  if (!noise_is_known(base) && won < kShareOfUnknown * base.chi2) return false;
   if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
   if (explains_most(trial, base)) return true;
   if (explains_torque(problem, trial, base) && sure_of_torque(problem, trial, base) &&
@@ -119,7 +120,6 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   if (base.left_out_chi2 <= trial.left_out_chi2) return false;
   // Amplitude and shape may trade places, so that neither is sure by itself though the effect is.
   const double better = surely_better(trial, base);
-  const double won = base.chi2 - trial.chi2;
   const bool large = won > kLargeGain * scale_of(trial) && won > kLargeOfAll * base.chi2 && better > kTold;
   // Signs of a few records cannot be drawn often enough for a small p, however far from chance a size is.
   const bool plain = won > kLargeGain * scale_of(trial) && trial.wald > kPlain && inside_band(base);
@@ -205,9 +205,7 @@ bool worth_its_values(const GlobalProblem& problem, const Trial& with, const Tri
          worth_its_values(with, base, problem.fitted().size());
 }
 
-bool inside_band(const Trial& trial) {
-  return trial.left_out_chi2 < kBand * static_cast<double>(trial.model.fit.values);
-}
+bool inside_band(const Trial& trial) { return chi2_per_value(trial) < kBand; }
 
 bool explains_most(const Trial& trial, const Trial& base) {
   const double values = values_of(base), whole = base.chi2 - values, left = trial.chi2 - values;

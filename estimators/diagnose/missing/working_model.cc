@@ -122,13 +122,8 @@ std::vector<Prior> WorkingModel::live_priors() const {
   // What a DC test tells of R_s is another thing where the inverter keeps a part of the voltage, where the
   // phases differ, since it fed some of them, and where the winding heats up from nobody knows what.
   static const std::size_t drop = *effect_number("inverter_dead_time"),
-                           unbalance = *effect_number("stator_unbalance"),
-                           heating = *effect_number("stator_heating");
-  const bool spoiled =
-      has(drop) || has(unbalance) ||
-      (!R_s_has_temperature && std::any_of(active.begin(), active.end(), [](const Candidate& c) {
-        return c.effect == heating && !form_of(c).local;
-      }));
+                           unbalance = *effect_number("stator_unbalance");
+  const bool spoiled = has(drop) || has(unbalance) || (!R_s_has_temperature && R_s_follows_temperature());
   std::vector<Prior> out = priors;
   std::erase_if(out, [&](const Prior& p) {
     return p.entry < kBase ? spoiled && p.entry == 0 : has(effect_of_shared(p.entry));
@@ -162,6 +157,12 @@ double WorkingModel::unseen_sigma(std::size_t entry) const {
 
 bool WorkingModel::has(std::size_t effect) const {
   return std::any_of(active.begin(), active.end(), [&](const Candidate& c) { return c.effect == effect; });
+}
+
+bool WorkingModel::R_s_follows_temperature() const {
+  static const std::size_t heating = *effect_number("stator_heating");
+  return std::any_of(active.begin(), active.end(),
+                     [](const Candidate& c) { return c.effect == heating && !form_of(c).local; });
 }
 
 void fill_references(const GlobalProblem& problem, SharedVector<double>& shared) {
@@ -268,7 +269,7 @@ Model to_model(const Model& before, const WorkingModel& working) {
     if (k == 0 && !working.priors.empty() && working.priors.front().entry == 0)
       (model.*base.place).found = found;
   }
-  if (working.has(*effect_number("stator_heating")))
+  if (working.R_s_follows_temperature())
     model.R_s_stator_C = working.at.shared[entry_named("stator_heating", "reference_C")];
   model.effects.clear();
   // What is followed is written anew; what is known stays.

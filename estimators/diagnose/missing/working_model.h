@@ -46,6 +46,7 @@ struct WorkingModel {
   Freedom freedom() const;
   std::vector<Prior> live_priors() const;  // without those of active effects, and those that they spoil
   bool has(std::size_t effect) const;
+  bool R_s_follows_temperature() const;  // as measured, not by a value for each record
   // Sigma of what the gain errors of all channels together do to every impedance, which no fit sees: as declared, and
   // where channels do not match each other by more than that, their mean is as unsure as three errors of that size make
   // it.

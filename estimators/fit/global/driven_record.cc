@@ -39,10 +39,9 @@ void thin(DrivenRecord& record, double longest_s) {
   const std::size_t by = std::min(most_averaged(frame.sample_time_s, longest_s),
                                   std::max<std::size_t>(1, (frame.size() - frame.judged_from) / 64));
   record.mean_gain = gain_of(frame, by);
-  if (by == 1) return straighten(frame.v);
+  if (by == 1) return;
   record.thinned = static_cast<int>(by);
   frame.v = averaged(frame.v, by);
-  straighten(frame.v);
   frame.i = averaged(frame.i, by);
   frame.w_r = averaged(frame.w_r, by);
   frame.judged_from = (frame.judged_from + by - 1) / by;
@@ -113,6 +112,7 @@ DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double long
   DrivenRecord record;
   record.frame = to_frame(series, pole_pairs);
   thin(record, longest_s);
+  straighten(record.frame.v);
   add_voltage_rate(record);
   add_rotor_turn(record);
   add_temperature(record, series);

@@ -12,6 +12,7 @@ namespace imrig::est {
 namespace {
 
 constexpr std::size_t kStretch = 64;
+constexpr Eigen::Index kDifferences = kStretch - 2;
 constexpr double kLine = 8.0;           // times what noise puts into a line, on average
 constexpr double kLeastOfNoise = 1e-5;  // share of second differences that lies at a line, over the mean
 constexpr double kMostColour = 3.0;     // beyond that a constant current is not constant
@@ -27,40 +28,57 @@ double square(std::complex<double> x) { return 0.5 * std::norm(x); }  // of each
 double square(double x) { return x * x; }
 
 // Harmonics of the supply that are fast enough to look like noise from sample to sample: six pulses a period
-// make lines at multiples of six in the frame, w_T rad of one period of the supply's frequency a sample. A
-// line goes when it holds much more of the second differences d than noise would; returns how much noise goes
-// with them, in values.
-double remove_harmonics(double w_T, std::vector<std::complex<double>>& d) {
-  double noise = 0.0;
-  std::vector<Eigen::VectorXcd> lines;
-  const auto n = static_cast<Eigen::Index>(d.size());
-  const Eigen::Map<Eigen::VectorXcd> all(d.data(), n);
-  const double power = all.squaredNorm() / static_cast<double>(n);
-  for (const int order : {-6, 6, -12, 12, -18, 18}) {
-    const double turn = order * w_T, white = std::pow(2.0 - 2.0 * std::cos(turn), 2) / 6.0;
-    if (std::abs(turn) > kPi || white < kLeastOfNoise) continue;
-    Eigen::VectorXcd line(n);
-    for (Eigen::Index k = 0; k < n; ++k) line[k] = std::polar(1.0, turn * static_cast<double>(k));
-    if (std::norm(line.dot(all)) > kLine * white * power * static_cast<double>(n))
-      lines.push_back(std::move(line)), noise += white;
+// make lines at multiples of six in the frame of the supply.
+class Harmonics {
+ public:
+  // w_T: how far the supply turns in a sample, rad.
+  explicit Harmonics(double w_T) {
+    for (const int order : {-6, 6, -12, 12, -18, 18}) {
+      const double turn = order * w_T, white = std::pow(2.0 - 2.0 * std::cos(turn), 2) / 6.0;
+      if (std::abs(turn) > kPi || white < kLeastOfNoise) continue;
+      Eigen::VectorXcd line(kDifferences);
+      for (Eigen::Index k = 0; k < kDifferences; ++k)
+        line[k] = std::polar(1.0, turn * static_cast<double>(k));
+      lines_.push_back({std::move(line), white});
+    }
   }
-  if (lines.empty()) return 0.0;
-  Eigen::MatrixXcd basis(n, static_cast<Eigen::Index>(lines.size()));
-  for (std::size_t m = 0; m < lines.size(); ++m) basis.col(static_cast<Eigen::Index>(m)) = lines[m];
-  const Eigen::VectorXcd rest = all - basis * basis.householderQr().solve(Eigen::VectorXcd(all));
-  std::copy(rest.begin(), rest.end(), d.begin());
-  return noise;
-}
 
-double remove_harmonics(double, const std::vector<double>&) { return 0.0; }
+  // A line goes when it holds much more of a stretch's second differences than noise would. Returns how much
+  // noise goes with those that did, in values.
+  double remove(std::vector<std::complex<double>>& d) const {
+    Eigen::Map<Eigen::VectorXcd> all(d.data(), kDifferences);
+    const double power = all.squaredNorm();
+    Eigen::MatrixXcd basis(kDifferences, static_cast<Eigen::Index>(lines_.size()));
+    Eigen::Index found = 0;
+    double noise = 0.0;
+    for (const Line& line : lines_) {
+      if (std::norm(line.turning.dot(all)) <= kLine * line.white * power) continue;
+      basis.col(found++) = line.turning;
+      noise += line.white;
+    }
+    if (found == 0) return 0.0;
+    const Eigen::MatrixXcd used = basis.leftCols(found);
+    const Eigen::VectorXcd in_lines = used * used.householderQr().solve(Eigen::VectorXcd(all));
+    all -= in_lines;
+    return noise;
+  }
+  double remove(const std::vector<double>&) const { return 0.0; }  // of a speed
+
+ private:
+  struct Line {
+    Eigen::VectorXcd turning;
+    double white;  // mean square of second differences of white noise at this line, over that of all
+  };
+  std::vector<Line> lines_;
+};
 
 // Mean square of second differences over each stretch, divided by six.
 template <class X>
-void add_stretches(const std::vector<X>& x, double w_T, std::vector<double>& out) {
-  std::vector<X> d(kStretch - 2);
+void add_stretches(const std::vector<X>& x, const Harmonics& harmonics, std::vector<double>& out) {
+  std::vector<X> d(kDifferences);
   for (std::size_t from = 0; from + kStretch <= x.size(); from += kStretch) {
     for (std::size_t k = 0; k < d.size(); ++k) d[k] = x[from + k + 2] - 2.0 * x[from + k + 1] + x[from + k];
-    const double gone = remove_harmonics(w_T, d);
+    const double gone = harmonics.remove(d);
     double sum = 0.0;
     for (const X& value : d) sum += square(value);
     out.push_back(sum / (6.0 * (static_cast<double>(d.size()) - gone)));
@@ -120,10 +138,10 @@ NoiseEstimate noise_levels(const DataSet& data) {
       TimeSeries series = record.series;
       series.voltage_filter_s = 0.0;  // the sensors' own noise, before the matched filter
       const FrameRecord frame = to_frame(series, data.pole_pairs);
-      const double w_T = frame.w_k * frame.sample_time_s;
-      add_stretches(frame.i, w_T, current);
-      add_stretches(frame.v, w_T, voltage);
-      add_stretches(frame.w_r, w_T, speed);
+      const Harmonics harmonics(frame.w_k * frame.sample_time_s);
+      add_stretches(frame.i, harmonics, current);
+      add_stretches(frame.v, harmonics, voltage);
+      add_stretches(frame.w_r, harmonics, speed);
     } catch (const Error&) {
       continue;  // cannot be fitted either
     }
