@@ -235,7 +235,7 @@ void start_again(const GlobalProblem& problem, const WorkingModel& from, std::si
   for (std::size_t n = 0; n < kScans; ++n) {
     if (n == tried) continue;
     WorkingModel next = with(from, best.candidate, n);
-    for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
+    for (const std::size_t e : shared_entries(best.candidate)) {
       const EffectParameter& p = shared_parameter(e);
       if (p.role == Role::kAmplitude) next.at.shared[e] = p.neutral + p.scale;
     }
