@@ -20,12 +20,12 @@ std::unique_ptr<EffectMachine<double>> machine_of(const MotorKnowledge& motor) {
 }
 
 State ahead(const State& x, double h, const State& d) {
-  return {x.psi_s + scaled(h, d.psi_s), x.psi_r + scaled(h, d.psi_r), x.i_slow + scaled(h, d.i_slow)};
+  return {x.psi_s + scaled(h, d.psi_s), x.psi_r + scaled(h, d.psi_r), x.i_b + scaled(h, d.i_b)};
 }
 
 Vector vector_of(const State& x) {
   Vector y;
-  y << x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.i_slow.re, x.i_slow.im;
+  y << x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.i_b.re, x.i_b.im;
   return y;
 }
 State state_of(const Vector& y) { return {{y[0], y[1]}, {y[2], y[3]}, {y[4], y[5]}}; }
@@ -58,7 +58,7 @@ void RunningModel::take(std::complex<double> v, std::complex<double> i, double w
       if (!machine_) return d;
       d.psi_s = d.psi_s + turned(at_.w_k, x.psi_s);
       d.psi_r = d.psi_r + turned(at_.w_k, x.psi_r);
-      d.i_slow = d.i_slow + turned(at_.w_k, x.i_slow);
+      d.i_b = d.i_b + turned(at_.w_k, x.i_b);
       return d;
     };
     const State first = standing(x_, v_, w_r_), second = standing(ahead(x_, h, first), v, w_r);
@@ -92,7 +92,7 @@ std::optional<std::complex<double>> SteadyModel::current(double V, double w_e, d
       slope.col(k) = (derivative(moved) - miss) / step;
     }
     for (int k = 4; k < 6; ++k) {
-      if (slope.row(k).cwiseAbs().maxCoeff() == 0.0) slope(k, k) = 1.0;  // no deep layer: i_slow stays where it is
+      if (slope.row(k).cwiseAbs().maxCoeff() == 0.0) slope(k, k) = 1.0;  // no deep layer: i_b stays where it is
     }
     const Vector step = slope.partialPivLu().solve(miss);
     y -= step;

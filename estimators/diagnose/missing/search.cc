@@ -12,6 +12,7 @@ namespace imrig::est {
 namespace {
 
 constexpr int kMostRefits = 3;
+constexpr double kDeeper = 0.01;  // of chi2
 
 // A value for each record helps any fit a little: it must still be worth so many values beside the others.
 bool needed(const GlobalProblem& problem, const Candidate& c, const Trial& with, const Trial& without) {
@@ -58,6 +59,17 @@ void enrich_all(const GlobalProblem& problem, Search& search) {
   }
 }
 
+// A shape may have settled in a hollow beside its valley while the effect that is there now was missing.
+void leave_hollows(const GlobalProblem& problem, Search& search) {
+  const std::vector<Candidate> active = search.final.model.active;
+  for (std::size_t k = 0; k + 1 < active.size() && !inside_band(search.final); ++k) {
+    Trial other = search.final;
+    other.candidate = active[k];
+    try_other_shapes(problem, search.final.model, kScans, problem.fitted(), other);
+    if (other.chi2 < (1.0 - kDeeper) * search.final.chi2) search.final = std::move(other);
+  }
+}
+
 // Values for each record become one law again where another effect has taken what the law could not follow.
 void bind_temperatures(const GlobalProblem& problem, Search& search) {
   if (!problem.has_stator_C()) return;
@@ -90,7 +102,8 @@ void free_temperatures(const GlobalProblem& problem, Search& search) {
 void accept(const GlobalProblem& problem, Search& search) {
   const SearchStep& step = search.steps.back();
   search.final = step.trials[step.claims.front()];
-  const Candidate& c = search.final.candidate;
+  const Candidate c = search.final.candidate;
+  leave_hollows(problem, search);
   note_change(problem, search, "added " + name_of(c) + ", " + form_of(c).name, name_of(c));
   enrich_all(problem, search);
   prune(problem, search);

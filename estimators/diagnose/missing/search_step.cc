@@ -172,6 +172,15 @@ void enrich_losses(const GlobalProblem& problem, SearchStep& step) {
   }
 }
 
+// A shape may settle in a hollow beside its valley: where a claim leaves something, others are started from too.
+void leave_hollows(const GlobalProblem& problem, const SearchStep& step, Trial& claim) {
+  if (inside_band(claim)) return;
+  const auto score = std::find_if(step.ranking.scores.begin(), step.ranking.scores.end(),
+                                  [&](const Score& s) { return s.candidate == claim.candidate; });
+  if (score != step.ranking.scores.end())
+    try_other_shapes(problem, step.base.model, score->scan, problem.fitted(), claim);
+}
+
 // The forms of the claims that come close to the best are made as rich as the data ask, before they are
 // compared: twins differ in their forms.
 void enrich_claims(const GlobalProblem& problem, SearchStep& step, const std::vector<std::size_t>& claims,
@@ -185,6 +194,7 @@ void enrich_claims(const GlobalProblem& problem, SearchStep& step, const std::ve
     if (done.size() == kMostEnriched || std::find(done.begin(), done.end(), effect) != done.end()) continue;
     if (excess(step.trials[k], values) > close) continue;
     done.push_back(effect);
+    leave_hollows(problem, step, step.trials[k]);
     step.trials[k] = enriched(problem, step.trials[k], effect);
   }
 }

@@ -16,6 +16,7 @@ namespace {
 // Trials are compared by far more than these.
 constexpr double kTrialTolerance = 1e-5;
 constexpr double kTrialEnough = 0.5;
+constexpr double kAstray = 0.1;  // share of the forecast gain below which a fit has left its valley
 constexpr double kOfAccuracy =
     0.75;  // a class of accuracy is a bound: three of its sigmas count as four of noise
 
@@ -225,26 +226,6 @@ WorkingModel with(const WorkingModel& model, const Candidate& candidate, std::si
   return next;
 }
 
-// The best of fits from each scanned shape, after one that failed.
-void start_again(const GlobalProblem& problem, const WorkingModel& from, std::size_t tried,
-                 const std::vector<std::size_t>& which, Trial& best) {
-  const std::size_t effect = best.candidate.effect;
-  const auto parameters = kEffectInfos[effect].shared;
-  if (std::none_of(parameters.begin(), parameters.end(), [](const auto& p) { return !p.scan.empty(); }))
-    return;
-  for (std::size_t n = 0; n < kScans; ++n) {
-    if (n == tried) continue;
-    WorkingModel next = with(from, best.candidate, n);
-    for (const std::size_t e : shared_entries(best.candidate)) {
-      const EffectParameter& p = shared_parameter(e);
-      if (p.role == Role::kAmplitude) next.at.shared[e] = p.neutral + p.scale;
-    }
-    Trial again = run(problem, std::move(next), best.candidate, which);
-    refuse_on_bound(again);
-    if (again.sound && (!best.sound || again.chi2 < best.chi2)) best = std::move(again);
-  }
-}
-
 }  // namespace
 
 double Judgement::nrmse() const { return signal2 > 0.0 ? std::sqrt(error2 / signal2) : kMissing; }
@@ -278,8 +259,28 @@ Trial try_adding(const GlobalProblem& problem, const WorkingModel& model, const 
   }
   Trial trial = run(problem, std::move(next), score.candidate, which);
   refuse_on_bound(trial);
-  if (!trial.sound) start_again(problem, model, score.scan, which, trial);
+  const bool astray = model.fit.chi2 - trial.chi2 < kAstray * score.lambda;
+  if (!trial.sound || astray) try_other_shapes(problem, model, score.scan, which, trial);
   return trial;
+}
+
+void try_other_shapes(const GlobalProblem& problem, const WorkingModel& from, std::size_t tried,
+                      const std::vector<std::size_t>& which, Trial& best) {
+  const auto entries = shared_entries(best.candidate);
+  if (std::none_of(entries.begin(), entries.end(), [](std::size_t e) { return !shared_parameter(e).scan.empty(); }))
+    return;
+  const WorkingModel bare = from.has(best.candidate.effect) ? without(from, best.candidate.effect) : from;
+  for (std::size_t n = 0; n < kScans; ++n) {
+    if (n == tried) continue;
+    WorkingModel next = with(bare, best.candidate, n);
+    for (const std::size_t e : entries) {
+      const EffectParameter& p = shared_parameter(e);
+      if (p.role == Role::kAmplitude) next.at.shared[e] = p.neutral + p.scale;
+    }
+    Trial again = run(problem, std::move(next), best.candidate, which);
+    refuse_on_bound(again);
+    if (again.sound && (!best.sound || again.chi2 < best.chi2)) best = std::move(again);
+  }
 }
 
 Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Candidate& form,

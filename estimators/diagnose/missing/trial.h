@@ -64,6 +64,11 @@ Trial refit(const GlobalProblem& problem, const WorkingModel& model, const std::
 Trial try_adding(const GlobalProblem& problem, const WorkingModel& model, const Score& score,
                  const std::vector<std::size_t>& which);
 
+// `best`, found from the tried-th scanned shape, or what is found from another one where that fits better. In
+// `from` its effect may be active or not.
+void try_other_shapes(const GlobalProblem& problem, const WorkingModel& from, std::size_t tried,
+                      const std::vector<std::size_t>& which, Trial& best);
+
 // With the form of an active effect replaced.
 Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Candidate& form,
                const std::vector<std::size_t>& which);

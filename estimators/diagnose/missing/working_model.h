@@ -34,6 +34,7 @@ struct WorkingModel {
   std::vector<Prior> priors;  // R_s as the DC test left it; sensor errors inside their declared accuracy
   std::vector<std::size_t>
       nuisances;  // entries that are free inside their accuracy, unless their effect is active
+  std::vector<std::size_t> local_nuisances;  // likewise of each record: what rounding left of its speed
   // Errors of the torque transducer, which no fit follows: friction would hide behind them. What they may do
   // to the fit's free entries, one sigma; empty where no effect needs the torque.
   std::vector<Prior> considered;

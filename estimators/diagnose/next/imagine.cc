@@ -90,7 +90,7 @@ LocalVector<double> own_of(const GlobalProblem& problem, const WorkingModel& mod
 using Machine = EffectMachine<double>;
 
 Machine::State ahead(const Machine::State& x, double h, const Machine::State& d) {
-  return {x.psi_s + scaled(h, d.psi_s), x.psi_r + scaled(h, d.psi_r), x.i_slow + scaled(h, d.i_slow)};
+  return {x.psi_s + scaled(h, d.psi_s), x.psi_r + scaled(h, d.psi_r), x.i_b + scaled(h, d.i_b)};
 }
 
 // Planned voltage and what goes with it at t < 0, in the frame that turns with the supply.
@@ -138,7 +138,7 @@ void run_up(const PlannedRecord& r, const SharedVector<double>& shared, double s
     x = ahead(ahead(ahead(ahead(x, h / 6.0, a), h / 3.0, b), h / 3.0, c), h / 6.0, d);
   }
   local[0] = x.psi_s.re, local[1] = x.psi_s.im, local[2] = x.psi_r.re, local[3] = x.psi_r.im;
-  local[4] = x.i_slow.re, local[5] = x.i_slow.im;
+  local[4] = x.i_b.re, local[5] = x.i_b.im;
 }
 
 }  // namespace

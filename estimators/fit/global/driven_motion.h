@@ -67,7 +67,7 @@ inline PlainState moved_along(const PlainState& x, double h, const PlainState& d
   const auto ahead = [h](const Cx<double>& a, const Cx<double>& b) {
     return Cx<double>{a.re + h * b.re, a.im + h * b.im};
   };
-  return {ahead(x.psi_s, d.psi_s), ahead(x.psi_r, d.psi_r), ahead(x.i_slow, d.i_slow)};
+  return {ahead(x.psi_s, d.psi_s), ahead(x.psi_r, d.psi_r), ahead(x.i_b, d.i_b)};
 }
 
 // One Runge-Kutta step over the parts a to b of a segment of h seconds.
@@ -197,7 +197,7 @@ class Tangent {
     };
     return {{at(x.psi_s.re, 0), at(x.psi_s.im, 1)},
             {at(x.psi_r.re, 2), at(x.psi_r.im, 3)},
-            {at(x.i_slow.re, 4), at(x.i_slow.im, 5)}};
+            {at(x.i_b.re, 4), at(x.i_b.im, 5)}};
   }
 
   // A Jet's lanes: those of states to a row of A, the others to a row of B.
@@ -220,8 +220,8 @@ class Tangent {
     take(d.psi_r.re, out.A, out.B, 2);
     take(d.psi_r.im, out.A, out.B, 3);
     if constexpr (X > 4) {
-      take(d.i_slow.re, out.A, out.B, 4);
-      take(d.i_slow.im, out.A, out.B, 5);
+      take(d.i_b.re, out.A, out.B, 4);
+      take(d.i_b.im, out.A, out.B, 5);
     }
     return out;
   }
@@ -234,7 +234,7 @@ class Tangent {
 template <int N, int X, class Visit, class Torque>
 void drive_states(const DrivenRecord& record, int steps, const SharedVector<double>& shared,
                   const LocalVector<double>& local, const Lanes& lanes, Visit&& visit, Torque&& torque) {
-  const PlainMachine machine(shared, local, X == 6);
+  const PlainMachine machine(shared, local);
   Tangent<N, X> tangent(shared, local, lanes);
   using Sample = typename Tangent<N, X>::Sample;
   PlainState x = machine.initial();
@@ -285,8 +285,8 @@ void drive_states(const DrivenRecord& record, int steps, const SharedVector<doub
   }
 }
 
-// Whether these shared parameters, or a change of these entries, give the bar a deep layer.
-bool has_deep_layer(const SharedVector<double>& shared, const std::vector<std::size_t>& entries);
+// Whether these parameters, or a change along these lanes, give the bar a deep layer.
+bool has_deep_layer(const SharedVector<double>& shared, const LocalVector<double>& local, const Lanes& lanes);
 // How fast that layer settles, rad/s.
 double deep_layer_rate(const SharedVector<double>& shared);
 
@@ -295,7 +295,7 @@ double deep_layer_rate(const SharedVector<double>& shared);
 template <int N, class Visit, class Torque>
 void drive(const DrivenRecord& record, int steps, const SharedVector<double>& shared,
            const LocalVector<double>& local, const Lanes& lanes, Visit&& visit, Torque&& torque) {
-  if (has_deep_layer(shared, lanes.shared)) {
+  if (has_deep_layer(shared, local, lanes)) {
     drive_states<N, 6>(record, steps, shared, local, lanes, visit, torque);
   } else {
     drive_states<N, 4>(record, steps, shared, local, lanes, visit, torque);

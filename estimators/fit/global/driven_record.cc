@@ -100,6 +100,7 @@ Instant DrivenRecord::at(std::size_t k) const {
   out.sample_time_s = frame.sample_time_s;
   out.current = frame.i[k];
   out.has_current = true;
+  out.speed_sigma = speed_sigma;
   if (!stator_C.empty()) out.stator_C = stator_C[k];
   return out;
 }

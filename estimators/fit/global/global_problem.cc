@@ -12,6 +12,7 @@
 #include "estimators/fit/global/settle.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
+#include "rig/data/speed_rounding.h"
 
 namespace imrig::est {
 
@@ -85,6 +86,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
   const Temperatures t = temperatures(data);
   mean_stator_C_ = t.mean;
   spread_stator_C_ = t.spread;
+  speed_step_ = rounded_speed_step(data);
   for (std::size_t k = 0; k < data.records.size(); ++k) {
     const Record& record = data.records[k];
     if (!simulated(record.kind)) continue;
@@ -97,6 +99,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
       if (record.kind != RecordKind::kPoints) {
         entry.series =
             std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, longest_sample_s));
+        entry.series->speed_sigma = data.pole_pairs * speed_step_ / std::sqrt(12.0);
         const FrameRecord& frame = entry.series->frame;
         if (judge_torque)
           entry.series->torque = torque_windows(record.series.torque_Nm, frame, entry.series->thinned);
@@ -196,6 +199,7 @@ GlobalProblem::GlobalProblem(const GlobalProblem& other)
       largest_flux_(other.largest_flux_),
       largest_current_(other.largest_current_),
       sample_time_(other.sample_time_),
+      speed_step_(other.speed_step_),
       largest_torque_Nm_(other.largest_torque_Nm_),
       torque_refused_(other.torque_refused_),
       torque_(other.torque_),

@@ -87,6 +87,7 @@ class GlobalProblem {
   double sample_time_s() const { return sample_time_; }  // longest of the series; 0: tables only
   double mean_stator_C() const { return mean_stator_C_; }
   bool has_stator_C() const { return spread_stator_C_ > 1.0; }  // a winding temperature that moves, K
+  double speed_step_rad_s() const { return speed_step_; }  // of a speed that was rounded, mechanical; 0: none
   bool has_torque() const { return torque_; }
   bool has_torque_of_series() const { return torque_of_series_; }
   double largest_torque_Nm() const { return largest_torque_Nm_; }  // of tables and steady stretches; 0: none
@@ -145,6 +146,7 @@ class GlobalProblem {
   double mean_stator_C_ = kMissing, spread_stator_C_ = 0.0;
   double largest_flux_ = 0.1, largest_current_ = 1.0;
   double sample_time_ = 0.0;
+  double speed_step_ = 0.0;
   double largest_torque_Nm_ = 0.0;
   std::string torque_refused_;
   bool torque_ = false, torque_of_series_ = false;

@@ -63,7 +63,7 @@ LocalVector<double> resting() {
 
 template <class T>
 std::array<T, kState> flat(const EffectState<T>& x) {
-  return {x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.i_slow.re, x.i_slow.im};
+  return {x.psi_s.re, x.psi_s.im, x.psi_r.re, x.psi_r.im, x.i_b.re, x.i_b.im};
 }
 template <class T>
 EffectState<T> state_of(const std::array<T, kState>& x) {
@@ -79,7 +79,7 @@ std::array<double, kState> steady_state_of(const SharedVector<double>& shared,
   LocalVector<Jet> q;
   for (std::size_t k = 0; k < kShared; ++k) p[k] = Jet(shared[k]);
   for (std::size_t k = 0; k < kLocal; ++k) q[k] = Jet(local[k]);
-  const EffectMachine<Jet> seeded(p, q, true);
+  const EffectMachine<Jet> seeded(p, q);
   std::array<double, kState> x{};
   // The flux that the voltage asks for: a start on the right branch.
   x[1] = x[3] = s.at.w_k == 0.0 ? 0.0 : -0.95 * s.v / s.at.w_k;
@@ -91,6 +91,13 @@ std::array<double, kState> steady_state_of(const SharedVector<double>& shared,
     for (int k = 0; k < kState; ++k) {
       f[k] = d[static_cast<std::size_t>(k)].a;
       jacobian.row(k) = d[static_cast<std::size_t>(k)].v.transpose();
+    }
+    // Without a deep layer its current has no equation but i_b = 0.
+    for (int k = 4; k < kState; ++k) {
+      if (jacobian.row(k).isZero(0.0)) {
+        jacobian(k, k) = 1.0;
+        f[k] = x[static_cast<std::size_t>(k)];
+      }
     }
     const Eigen::Matrix<double, kState, 1> step = jacobian.partialPivLu().solve(f);
     double size = 0.0, largest = 0.0;

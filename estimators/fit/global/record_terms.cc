@@ -29,7 +29,7 @@ RecordTerms record_terms(const DrivenRecord& record, const Whitener& whitener, i
                          const SharedVector<double>& shared, const LocalVector<double>& local,
                          const Lanes& lanes, RecordTrace* trace) {
   // Every state needs a lane, wanted or not.
-  const std::size_t states = has_deep_layer(shared, lanes.shared) ? 6 : 4;
+  const std::size_t states = has_deep_layer(shared, local, lanes) ? 6 : 4;
   const auto wanted =
       std::count_if(lanes.local.begin(), lanes.local.end(), [&](auto e) { return e < states; });
   const std::size_t n = lanes.size() + states - static_cast<std::size_t>(wanted);
@@ -48,7 +48,7 @@ int steps_for(const DrivenRecord& record, const SharedVector<double>& shared) {
     fastest = std::max({fastest, std::abs(w), std::abs(w - record.frame.w_k)});
   double rate =
       (shared[0] + shared[1]) / shared[2] + shared[1] / shared[3] + fastest + std::abs(record.frame.w_k);
-  if (has_deep_layer(shared, {})) rate += deep_layer_rate(shared);
+  if (has_deep_layer(shared, {}, {})) rate += deep_layer_rate(shared);
   return static_cast<int>(
       std::clamp(std::ceil(rate * record.frame.sample_time_s / kMaxRateStep), 1.0, 200.0));
 }

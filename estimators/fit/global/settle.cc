@@ -64,7 +64,9 @@ void guess_fluxes(const FrameRecord& frame, const SharedVector<double>& shared, 
 }  // namespace
 
 double local_prior_sigma(std::size_t entry) {
-  return entry < kStates ? std::numeric_limits<double>::infinity() : 0.2;
+  static const std::size_t rounding = kLocalPlace[*effect_number("speed_bias")];
+  if (entry < kStates) return std::numeric_limits<double>::infinity();
+  return entry == rounding ? 1.0 : 0.2;
 }
 
 void settle_record(const DrivenRecord& record, const Whitener& whitener, int steps,

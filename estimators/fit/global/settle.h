@@ -6,7 +6,7 @@
 
 namespace imrig::est {
 
-// Prior of a record's own entry: what is physically possible; infinite for the initial state.
+// Prior of a record's own entry: what is physically possible, or a rounding; infinite for the initial state.
 double local_prior_sigma(std::size_t entry);
 
 // free: entries of `local` that move; local: start, and result.

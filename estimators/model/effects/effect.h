@@ -73,6 +73,7 @@ struct Instant {
   double sample_time_s = 0.0;    // over which what drives the motor is a mean
   std::complex<double> current = 0.0;  // measured, in the frame
   bool has_current = false;
+  double speed_sigma = 0.0;  // of a held speed that was rounded, electrical rad/s
 };
 
 // Stator current and rotor current (into the rotor's resistance), A: the gradients of the magnetic energy.
@@ -111,7 +112,7 @@ struct IronBends {
 template <class T>
 struct EffectLaw {
   // Electrical rotor speed, rad/s, from the measured one.
-  void speed(T&) const {}
+  void speed(T&, const Instant&) const {}
   // Voltage at the winding, V, from the measured one.
   void voltage(Cx<T>&, const Cx<T>& /*i_s*/, const Instant&) const {}
   // Once, when the machine is put together.

@@ -37,7 +37,7 @@ using EffectLaws =
 inline constexpr std::size_t kEffects = std::tuple_size_v<EffectLaws<double>>;
 inline constexpr std::size_t kBase = 4;  // R_s, R_r, L_l, L_m
 inline constexpr std::size_t kStates =
-    6;  // of a record: psi_s, psi_r, i_slow at its start, real and imaginary parts
+    6;  // of a record: psi_s, psi_r, i_b at its start, real and imaginary parts
 
 template <std::size_t... K>
 constexpr std::array<EffectInfo, sizeof...(K)> infos_of(std::index_sequence<K...>) {

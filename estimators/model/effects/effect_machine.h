@@ -5,8 +5,8 @@
 //   e_s = v - R_s (f_s i + a_s),  i = i_s + G_s e_s                     iron at the stator flux
 //   dpsi_s/dt = e_s - j w_k psi_s
 //   i_r' = (i_r - j w_r G_r psi_r) / (1 + G_r R_r)                      iron at the rotor flux
-//   dpsi_r/dt = R_r (f_r ((1 + rise) i_r' - rise i_slow) + a_r) + j (w_r - w_k) psi_r
-//   di_slow/dt = corner (1 + rise) (i_r' - i_slow) + j (w_r - w_k) i_slow   as far as the bar's deep layer follows
+//   dpsi_r/dt = R_r (f_r (1 + rise) (i_r' - i_b) + a_r) + j (w_r - w_k) psi_r
+//   di_b/dt = corner (rise i_r' - (1 + rise) i_b) + j (w_r - w_k) i_b   the bar's deep layer
 //   T_e = (3/2) n_p Im(psi_r* i_r')
 // Amplitude-invariant vectors, peak values; i is what flows in at the terminals.
 
@@ -20,7 +20,7 @@ namespace imrig::est {
 template <class T>
 struct EffectState {
   Cx<T> psi_s, psi_r;  // Wb
-  Cx<T> i_slow;        // A
+  Cx<T> i_b;           // A
 };
 
 template <class T>
@@ -29,15 +29,15 @@ class EffectMachine {
   using Scalar = T;
   using State = EffectState<T>;
 
-  // layered: the deep layer's current moves even where rise is zero, for derivatives by rise.
-  EffectMachine(const SharedVector<T>& shared, const LocalVector<T>& local, bool layered = false)
+  EffectMachine(const SharedVector<T>& shared, const LocalVector<T>& local)
       : shared_(shared),
         local_(local),
         base_{shared_[0], shared_[1], shared_[2], shared_[3]},
         laws_(make(std::make_index_sequence<kEffects>())),
         iron_(base_, bends()) {
     each([&](const auto& law) { law.layer(rise_, corner_); });
-    layered_ = layered || value_of(rise_) != 0.0 || has_derivative(rise_);
+    // A current that a record began with decays whatever the rise: nothing jumps where the rise reaches zero.
+    layered_ = live(&rise_, 1) || live(local_.data() + 4, 2);
   }
   EffectMachine(const EffectMachine&) = delete;
   EffectMachine& operator=(const EffectMachine&) = delete;
@@ -46,7 +46,7 @@ class EffectMachine {
 
   State initial() const { return {{local_[0], local_[1]}, {local_[2], local_[3]}, {local_[4], local_[5]}}; }
 
-  // Whether the bar has a deep layer.
+  // Whether the bar's deep layer carries a current.
   bool layered() const { return layered_; }
   T layer_rate() const { return corner_ * (1.0 + rise_); }  // rad/s
 
@@ -63,7 +63,7 @@ class EffectMachine {
   Inside inside(const State& x, std::complex<double> v_given, double w_r, const Instant& at) const {
     Inside out;
     out.w_r = T(w_r);
-    each([&](const auto& law) { law.speed(out.w_r); });
+    each([&](const auto& law) { law.speed(out.w_r, at); });
     const Currents<T> i = iron_.currents(x.psi_s, x.psi_r);
     Iron<T> iron;
     Cx<T> v(v_given);
@@ -106,9 +106,9 @@ class EffectMachine {
     d.psi_s = in.e_s - turned(at.w_k, x.psi_s);
     Cx<T> carried = in.i_rotor;
     if (layered_) {
-      carried = scaled(1.0 + rise_, in.i_rotor) - scaled(rise_, x.i_slow);
+      carried = scaled(1.0 + rise_, in.i_rotor - x.i_b);
       // A warm bar's resistance over the slot's leakage: its layers settle the quicker.
-      d.i_slow = scaled(layer_rate() * warm, in.i_rotor - x.i_slow) + turned(slip, x.i_slow);
+      d.i_b = scaled(corner_ * warm, scaled(rise_, in.i_rotor) - scaled(1.0 + rise_, x.i_b)) + turned(slip, x.i_b);
     }
     d.psi_r = scaled(base_.R_r * rotor, carried) + scaled(base_.R_r, asymmetry) + turned(slip, x.psi_r);
     return d;

@@ -2,10 +2,8 @@
 // Rotor skin effect (deep bar), in two forms that may be used together.
 // Line, the paper's (13): R_r(w_s) = R_1 + k6 |w_s| with the instantaneous slip frequency of the rotor flux,
 // so R_r = R_1 / (1 - k6 |Im(psi_r* i_r)| / |psi_r|^2): no loop.
-// Two layers: the bottom of the bar carries i_b behind the slot's leakage, the top i_r - i_b; with
-// i_b = i_slow rise/(1 + rise),
-//   drop = R_r ((1 + rise) i_r - rise i_slow),   di_slow/dt = corner (1 + rise) (i_r - i_slow)  in the rotor's frame
-// (i_slow, unlike i_b, may be anything where rise is zero: no start of a record jumps there)
+// Two layers: the top of the bar carries i_r - i_b, the bottom i_b behind the slot's leakage,
+//   drop = R_r (1 + rise) (i_r - i_b),   di_b/dt = corner (rise i_r - (1 + rise) i_b)  in the rotor's frame
 // which is R_r at standstill of the flux, R_r (1 + rise) far above the corner, and lowers the rotor's leakage
 // with frequency as a deep bar does (Levy, Landy and McCulloch 1990). The corner is a resistance over a leakage, and
 // rises with the temperature of the bar as R_r does.

@@ -1,0 +1,128 @@
+// Direct-on-line starts and nothing else, of a motor with deep bars: each start is cut into parts, which begin with a
+// current deep in the bars that nobody knows. The motor is a ladder of layers, unlike the two of the library.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "estimators/diagnose/diagnose.h"
+#include "estimators/fit/identify.h"
+#include "rig/base/space_vector.h"
+#include "tests/estimators/fit/synthetic.h"
+
+namespace imrig::est {
+namespace {
+
+using Complex = std::complex<double>;
+
+// Inverse-Gamma circuit; layer 0 is the top of the bar. below[k] flows below layer k.
+struct DeepBarMotor {
+  static constexpr std::size_t kLayers = 8;
+  int pole_pairs = 2;
+  double R_s = 0.46, R_bar = 0.26, R_ring = 0.08, L_l = 5.3e-3, L_m = 0.106;
+  double slot_H = 3e-3;  // leakage between top and bottom of the slot
+  double inertia = 0.02;
+
+  struct State {
+    Complex psi_s, psi_r;
+    std::array<Complex, kLayers - 1> below{};
+    double w_r = 0.0;
+  };
+
+  Complex i_s(const State& x) const { return (x.psi_s - x.psi_r) / L_l; }
+
+  State slope(const State& x, Complex v, double load_Nm) const {
+    const Complex i_r = x.psi_r / L_m - i_s(x);
+    const double R = R_bar * kLayers, L = slot_H / kLayers;
+    const auto layer = [&](std::size_t k) {
+      return (k == 0 ? i_r : x.below[k - 1]) - (k + 1 == kLayers ? Complex(0.0) : x.below[k]);
+    };
+    State d;
+    d.psi_s = v - R_s * i_s(x);
+    d.psi_r = -R * layer(0) - R_ring * i_r + Complex(0.0, x.w_r) * x.psi_r;
+    for (std::size_t k = 0; k + 1 < kLayers; ++k)
+      d.below[k] = R / L * (layer(k) - layer(k + 1)) + Complex(0.0, x.w_r) * x.below[k];
+    const double torque = 1.5 * pole_pairs * (std::conj(x.psi_s) * i_s(x)).imag();
+    d.w_r = pole_pairs * (torque - load_Nm) / inertia;
+    return d;
+  }
+
+  // Of the bar and its ring at slip frequency w, from the ladder's bottom up.
+  Complex bar_impedance(double w) const {
+    const double R = R_bar * kLayers;
+    const Complex step(0.0, w * slot_H / kLayers);
+    Complex z = R;
+    for (std::size_t k = 1; k < kLayers; ++k) z = R * (z + step) / (R + z + step);
+    return z + R_ring;
+  }
+};
+
+DeepBarMotor::State ahead(const DeepBarMotor::State& x, double h, const DeepBarMotor::State& d) {
+  DeepBarMotor::State y = x;
+  y.psi_s += h * d.psi_s, y.psi_r += h * d.psi_r, y.w_r += h * d.w_r;
+  for (std::size_t k = 0; k < y.below.size(); ++k) y.below[k] += h * d.below[k];
+  return y;
+}
+
+// A fan on the shaft, switched to the mains at 20 ms.
+TimeSeries start_of(const DeepBarMotor& motor, double v_peak_V, double angle, double fan) {
+  constexpr double kSample_s = 200e-6, kOn_s = 0.02, w = 2.0 * kPi * 50.0;
+  constexpr int kFine = 40;
+  TimeSeries out;
+  out.sample_time_s = kSample_s;
+  DeepBarMotor::State x;
+  const auto v = [&](double t) { return t < kOn_s ? Complex(0.0) : std::polar(v_peak_V, w * t + angle); };
+  for (int k = 0; k < 4000; ++k) {
+    out.v.push_back(v(k * kSample_s));
+    out.i.push_back(motor.i_s(x));
+    out.speed_rad_s.push_back(x.w_r / motor.pole_pairs);
+    const double h = kSample_s / kFine;
+    for (int m = 0; m < kFine; ++m) {
+      const double t = k * kSample_s + m * h;
+      const auto slope = [&](const DeepBarMotor::State& y, double at) {
+        return motor.slope(y, v(at), fan * y.w_r * y.w_r);
+      };
+      const auto a = slope(x, t), b = slope(ahead(x, 0.5 * h, a), t + 0.5 * h),
+                 c = slope(ahead(x, 0.5 * h, b), t + 0.5 * h), d = slope(ahead(x, h, c), t + h);
+      x = ahead(ahead(ahead(ahead(x, h / 6.0, a), h / 3.0, b), h / 3.0, c), h / 6.0, d);
+    }
+  }
+  return out;
+}
+
+TEST(Starts, AloneNameADeepBarAndItsImpedance) {
+  const DeepBarMotor motor;
+  DataSet data;
+  data.name = "starts";
+  data.pole_pairs = motor.pole_pairs;
+  data.noise = {0.045, 0.4, 0.02, kMissing, kMissing};
+  const double volts[] = {0.6, 1.0, 0.8, 0.9, 1.05, 0.7};
+  for (std::size_t n = 0; n < std::size(volts); ++n) {
+    Record r;
+    r.id = fmt::format("start{}", n);
+    r.kind = RecordKind::kStartup;
+    r.holdout = n == 3;
+    r.series = start_of(motor, 326.6 * volts[n], 0.7 * static_cast<double>(n), 2e-4 * (1.0 + static_cast<double>(n % 3)));
+    synthetic::add_noise(r.series, data.noise.current_A, data.noise.voltage_V, data.noise.speed_rad_s, 50 + n);
+    data.records.push_back(std::move(r));
+  }
+  const Model model = identify(data).model;
+  const Diagnosis d = diagnose(model, data);
+  ASSERT_EQ(d.effect, "rotor_skin_effect") << fmt::format("{} {}", d.verdict, fmt::join(d.explanation, "\n"));
+  EXPECT_EQ(d.verdict, "missing");
+  EXPECT_LT(d.search.final.left_out_chi2, 1.2 * static_cast<double>(d.search.final.model.fit.values));
+  const auto estimate = [&](const char* name) { return d.candidates.front().estimate.at(name).value; };
+  const double R_r = d.search.final.model.at.shared[1], rise = estimate("rise"), corner = estimate("corner_rad_s");
+  for (const double f_Hz : {5.0, 25.0, 50.0}) {
+    // The library's upper and lower layer side by side.
+    const double w = 2.0 * kPi * f_Hz, R_u = R_r * (1.0 + rise), R_b = R_u / rise;
+    const Complex lower(R_b, w * R_b / corner);
+    const double R = (R_u * lower / (R_u + lower)).real(), truth = motor.bar_impedance(w).real();
+    EXPECT_NEAR(R, truth, 0.03 * truth) << f_Hz << " Hz";
+  }
+}
+
+}  // namespace
+}  // namespace imrig::est
