@@ -200,6 +200,12 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   if (!cut.empty())
     out.explanation.push_back(fmt::format("Few records: {} {} cut into parts, which are judged like records.",
                                           listed(cut), cut.size() == 1 ? "was" : "were"));
+  if (problem.speed_step_rad_s() > 0.0)
+    out.explanation.push_back(
+        fmt::format("The speed was rounded to steps of {:.3g} rpm: in each record it is free by half a step, "
+                    "and what is no larger "
+                    "than that these data cannot tell.",
+                    rpm_of_rad_s(problem.speed_step_rad_s())));
   explain(problem, options.without, out);
   if (!known.sentence.empty())
     out.explanation.insert(out.explanation.begin(), "The model does not know all of its parameters: " + known.sentence + ".");

@@ -17,6 +17,7 @@ constexpr std::size_t kFewestZeros = 32;
 constexpr std::size_t kBlocks = 16;     // a settled window is cut into, for noise and drift
 constexpr double kDriftSigmas = 3.0;    // a larger change between the halves of a window is drift ...
 constexpr double kDriftMatters = 5e-4;  // ... if it is also larger than this part of the value
+constexpr double kCreepMatters = 2e-3;  // likewise of the current: supplies wander
 constexpr double kDistinct = 0.05;      // two currents differ when they differ by more than this part
 
 struct Zeros {
@@ -52,6 +53,9 @@ struct Window {
   double sigma_V = 0.0;  // of Re(v i*)/|i| - R |i| at fixed R
   double drift = 0.0;    // relative change of the resistance between the halves
   double drift_sigma = 0.0;
+  double creep =
+      0.0;  // likewise of the current: where the voltage is noisy it alone shows a flux that still builds up
+  double creep_sigma = 0.0;
 };
 
 // Block means of one window give its level, its noise and its drift.
@@ -71,22 +75,27 @@ Window windowed(const TimeSeries& series, const Zeros& zeros, std::size_t begin,
   const double current = std::abs(w.i);
   const SpaceVector along = w.i / current;
   const double R = (w.v * std::conj(w.i)).real() / (current * current);
-  double squares = 0.0, late = 0.0, early = 0.0;
+  double squares = 0.0, late = 0.0, early = 0.0, late_i = 0.0, early_i = 0.0;
   for (std::size_t b = 0; b < blocks; ++b) {
     const double left = ((v[b] - R * i[b]) * std::conj(along)).real();
     squares += left * left;
     (b < blocks / 2 ? late : early) += left / static_cast<double>(blocks / 2);
+    (b < blocks / 2 ? late_i : early_i) += (i[b] * std::conj(along)).real() / static_cast<double>(blocks / 2);
   }
   const double n = static_cast<double>(blocks);
   w.sigma_V = std::sqrt(squares / (n * (n - 1.0)));
   w.drift = (late - early) / (R * current);
+  w.creep = (late_i - early_i) / current;
   // Differences of neighbours see the noise without the drift.
-  double rough = 0.0;
+  double rough = 0.0, rough_i = 0.0;
   for (std::size_t b = 1; b < blocks; ++b) {
     const double step = ((v[b] - R * i[b] - v[b - 1] + R * i[b - 1]) * std::conj(along)).real();
     rough += step * step / (2.0 * (n - 1.0));
+    const double step_i = ((i[b] - i[b - 1]) * std::conj(along)).real();
+    rough_i += step_i * step_i / (2.0 * (n - 1.0));
   }
   w.drift_sigma = std::sqrt(rough * 4.0 / n) / (R * current);
+  w.creep_sigma = std::sqrt(rough_i * 4.0 / n) / current;
   return w;
 }
 
@@ -98,9 +107,12 @@ bool settled(const TimeSeries& series, const Zeros& zeros, const Stretch& stretc
     const auto length = static_cast<std::size_t>(part * static_cast<double>(stretch.size()));
     if (length < 8) break;
     out = windowed(series, zeros, stretch.end - length, stretch.end);
-    const bool drifts =
-        std::abs(out.drift) > kDriftSigmas * out.drift_sigma && std::abs(out.drift) > kDriftMatters;
-    if (!drifts) return true;
+    const auto moves = [](double change, double sigma, double matters) {
+      return std::abs(change) > kDriftSigmas * sigma && std::abs(change) > matters;
+    };
+    if (!moves(out.drift, out.drift_sigma, kDriftMatters) &&
+        !moves(out.creep, out.creep_sigma, kCreepMatters))
+      return true;
   }
   return false;
 }
@@ -189,7 +201,7 @@ DcResult fit_dc(const TimeSeries& series) {
   for (const auto& stretch : dc_stretches(series)) {
     Window w;
     if (!settled(series, zeros, stretch, w)) {
-      worst = std::max(worst, std::abs(w.drift));
+      worst = std::max({worst, std::abs(w.drift), std::abs(w.creep)});
       continue;
     }
     const double current = std::abs(w.i);
@@ -200,8 +212,9 @@ DcResult fit_dc(const TimeSeries& series) {
   }
   if (result.levels.empty()) {
     result.failure =
-        worst > 0.0 ? fmt::format("no level settles: v/i still moves by {:.2g} % at the end", 100.0 * worst)
-                    : "no direct current flows";
+        worst > 0.0
+            ? fmt::format("no level settles: i or v/i still moves by {:.2g} % at the end", 100.0 * worst)
+            : "no direct current flows";
     return result;
   }
   if (worst > 0.0)

@@ -18,6 +18,8 @@ using Sentences = std::vector<std::string>;
 
 constexpr double kLowestImpedance_ohm = 0.05;  // a running 1 MW low-voltage motor has about 0.15
 constexpr double kHighestImpedance_ohm = 2e4;
+constexpr double kLowVoltage_V = 600.0,
+                 kLargest_VA = 2.5e5;   // peak of a phase; beyond any bench at low voltage
 constexpr double kUnbalance = 0.3;      // negative over positive sequence
 constexpr double kMotoring = 0.005;     // slip above which power must flow in
 constexpr double kTooMuchPower = 1.05;  // p_in over 3/2 V I
@@ -111,8 +113,14 @@ void look_at_phases(const TimeSeries& s, const Fundamental& v, double slip, Sent
 
 void look_at_impedance(double v_V, double i_A, Sentences& out) {
   if (!(i_A > 0.0) || !(v_V > 0.0)) return;
-  const double Z = v_V / i_A;
-  if (Z >= kLowestImpedance_ohm && Z <= kHighestImpedance_ohm) return;
+  const double Z = v_V / i_A, S = 1.5 * v_V * i_A;
+  if (Z >= kLowestImpedance_ohm && Z <= kHighestImpedance_ohm) {
+    if (v_V < kLowVoltage_V && S > kLargest_VA)
+      out.push_back(
+          fmt::format("{:.4g} V and {:.4g} A are {:.3g} kVA: a very large motor, or currents in mA?", v_V,
+                      i_A, 1e-3 * S));
+    return;
+  }
   out.push_back(fmt::format(
       "{:.4g} V over {:.4g} A is {:.3g} ohm, which no such motor has: {}", v_V, i_A, Z,
       Z < kLowestImpedance_ohm ? "currents in mA or voltages in kV?" : "currents in kA or voltages in mV?"));

@@ -112,7 +112,11 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   const double won = base.chi2 - trial.chi2;
   if (won < kOverNoise * step.noise_gain) return false;
   if (!noise_is_known(base) && won < kShareOfUnknown * base.chi2) return false;
-  if (form_of(trial.candidate).local) return worth_its_values(trial, base, records);
+  // A speed that was rounded is off by a constant while it is held, and by another one a moment later: a
+  // value for each record follows that too.
+  const bool rounded = !base.model.local_nuisances.empty();
+  if (form_of(trial.candidate).local)
+    return !(rounded && inside_band(base)) && worth_its_values(trial, base, records);
   if (explains_most(trial, base)) return true;
   if (explains_torque(problem, trial, base) && sure_of_torque(problem, trial, base) &&
       surely_better(trial, base) > kTold)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/fit/global/settle.h"
 #include "estimators/model/effects/registry.h"
 
 namespace imrig::est {
@@ -101,13 +102,11 @@ void follow(const GlobalProblem& problem, const GlobalTerms& terms, const Freedo
     Eigen::MatrixXd D = r.normal.bottomRightCorner(l, l);
     D.diagonal() *= 1.0 + 1e-10;
     D.diagonal().array() += 1e-12;
-    const Eigen::VectorXd d = -D.ldlt().solve(r.gradient.tail(l) + r.normal.bottomLeftCorner(l, s) * step);
-    for (std::size_t m = 0; m < locals.size(); ++m) {
-      double& x = to.local[which[k]][locals[m]];
-      x = from.local[which[k]][locals[m]] + d[static_cast<Eigen::Index>(m)];
-      if (locals[m] >= kStates)
-        x = std::clamp(x, local_parameter(locals[m]).low, local_parameter(locals[m]).high);
-    }
+    const LocalVector<double>& was = from.local[which[k]];
+    const Eigen::VectorXd d =
+        bounded_step(D, r.gradient.tail(l) + r.normal.bottomLeftCorner(l, s) * step, locals, was);
+    for (std::size_t m = 0; m < locals.size(); ++m)
+      to.local[which[k]][locals[m]] = was[locals[m]] + d[static_cast<Eigen::Index>(m)];
   }
 }
 

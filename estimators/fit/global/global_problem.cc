@@ -314,15 +314,7 @@ GlobalTerms GlobalProblem::evaluate(const GlobalPoint& at, const Freedom& free,
     RecordTerms& r = out.records[k];
     const auto locals = locals_of(which[k], free.local);
     const auto l = static_cast<Eigen::Index>(locals.size());
-    for (Eigen::Index m = 0; m < l; ++m) {
-      const std::size_t entry = locals[static_cast<std::size_t>(m)];
-      const double sigma = local_prior_sigma(entry);
-      if (!std::isfinite(sigma)) continue;
-      const double off = at.local[which[k]][entry] / sigma;
-      r.chi2 += off * off;
-      r.normal(s + m, s + m) += 1.0 / (sigma * sigma);
-      r.gradient[s + m] += off / sigma;
-    }
+    add_local_priors(locals, at.local[which[k]], s, r);
     out.chi2 += r.chi2;
     out.values += r.values;
     Eigen::VectorXd score = r.gradient.head(s);

@@ -15,18 +15,6 @@ constexpr int kMostRounds = 25;
 constexpr double kEnough = 1e-6, kEnoughAbsolute = 1e-3;  // of chi2: a step that wins less is the last
 constexpr double kTurning_rad_s = 30.0;                   // field below which a voltage tells no flux
 
-void add_priors(const std::vector<std::size_t>& free, const LocalVector<double>& x, RecordTerms& terms) {
-  for (std::size_t m = 0; m < free.size(); ++m) {
-    const double sigma = local_prior_sigma(free[m]);
-    if (!std::isfinite(sigma)) continue;
-    const auto d = static_cast<Eigen::Index>(m);
-    const double off = x[free[m]] / sigma;
-    terms.chi2 += off * off;
-    terms.normal(d, d) += 1.0 / (sigma * sigma);
-    terms.gradient[d] += off / sigma;
-  }
-}
-
 // Gauss and Newton's step, and what it promises to take from chi2.
 struct Move {
   LocalVector<double> to;
@@ -38,15 +26,9 @@ Move move_of(const LocalVector<double>& from, const std::vector<std::size_t>& fr
   Eigen::MatrixXd D = terms.normal;
   D.diagonal() *= 1.0 + damping + 1e-12;
   D.diagonal().array() += 1e-12;
-  const Eigen::VectorXd step = D.ldlt().solve(terms.gradient);
-  Move out{from, step.dot(terms.gradient)};
-  for (std::size_t m = 0; m < free.size(); ++m) {
-    double& x = out.to[free[m]];
-    x -= step[static_cast<Eigen::Index>(m)];
-    if (free[m] < kStates) continue;
-    const EffectParameter& p = local_parameter(free[m]);
-    x = std::clamp(x, p.low, p.high);
-  }
+  const Eigen::VectorXd step = bounded_step(D, terms.gradient, free, from);
+  Move out{from, -step.dot(terms.gradient)};
+  for (std::size_t m = 0; m < free.size(); ++m) out.to[free[m]] += step[static_cast<Eigen::Index>(m)];
   return out;
 }
 
@@ -69,6 +51,81 @@ double local_prior_sigma(std::size_t entry) {
   return entry == rounding ? 1.0 : 0.2;
 }
 
+void add_local_priors(const std::vector<std::size_t>& free, const LocalVector<double>& x, Eigen::Index first,
+                      RecordTerms& terms) {
+  for (std::size_t m = 0; m < free.size(); ++m) {
+    const double sigma = local_prior_sigma(free[m]);
+    if (!std::isfinite(sigma)) continue;
+    const auto d = first + static_cast<Eigen::Index>(m);
+    const double off = x[free[m]] / sigma;
+    terms.chi2 += off * off;
+    terms.normal(d, d) += 1.0 / (sigma * sigma);
+    terms.gradient[d] += off / sigma;
+    const EffectParameter& p = local_parameter(free[m]);
+    const bool held =
+        (x[free[m]] <= p.low && terms.gradient[d] > 0.0) || (x[free[m]] >= p.high && terms.gradient[d] < 0.0);
+    if (!held) continue;
+    terms.normal.row(d).setZero();
+    terms.normal.col(d).setZero();
+    terms.normal(d, d) = 1.0;
+    terms.gradient[d] = 0.0;
+  }
+}
+
+Eigen::VectorXd bounded_step(const Eigen::MatrixXd& D, const Eigen::VectorXd& g,
+                             const std::vector<std::size_t>& free, const LocalVector<double>& x) {
+  const auto n = g.size();
+  Eigen::VectorXd low = Eigen::VectorXd::Constant(n, -std::numeric_limits<double>::infinity()), high = -low;
+  for (Eigen::Index d = 0; d < n; ++d) {
+    const std::size_t entry = free[static_cast<std::size_t>(d)];
+    if (entry < kStates) continue;
+    low[d] = local_parameter(entry).low - x[entry];
+    high[d] = local_parameter(entry).high - x[entry];
+  }
+  std::vector<bool> held(static_cast<std::size_t>(n), false);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
+  const auto solve = [&] {
+    Eigen::MatrixXd A = D;
+    Eigen::VectorXd b = -g;
+    for (Eigen::Index d = 0; d < n; ++d) {
+      if (!held[static_cast<std::size_t>(d)]) continue;
+      b -= step[d] * A.col(d);
+      A.row(d).setZero(), A.col(d).setZero();
+      A(d, d) = 1.0;
+    }
+    for (Eigen::Index d = 0; d < n; ++d) {
+      if (held[static_cast<std::size_t>(d)]) b[d] = step[d];
+    }
+    step = A.ldlt().solve(b);
+  };
+  solve();
+  for (Eigen::Index round = 0; round < 4 * n; ++round) {
+    // Outside its bound the farthest, else held where it would rather go back.
+    Eigen::Index worst = -1;
+    double most = 0.0;
+    for (Eigen::Index d = 0; d < n; ++d) {
+      const double inside = std::clamp(step[d], low[d], high[d]);
+      const double beyond = std::abs(step[d] - inside) * std::sqrt(std::max(0.0, D(d, d)));
+      if (!held[static_cast<std::size_t>(d)] && beyond > most) worst = d, most = beyond;
+    }
+    if (worst >= 0) {
+      held[static_cast<std::size_t>(worst)] = true;
+      step[worst] = std::clamp(step[worst], low[worst], high[worst]);
+    } else {
+      const Eigen::VectorXd slope = D * step + g;
+      for (Eigen::Index d = 0; d < n; ++d) {
+        const double back = step[d] <= low[d] ? -slope[d] : slope[d];
+        const double gain = back / std::sqrt(std::max(1e-300, D(d, d)));
+        if (held[static_cast<std::size_t>(d)] && gain > most) worst = d, most = gain;
+      }
+      if (worst < 0) break;
+      held[static_cast<std::size_t>(worst)] = false;
+    }
+    solve();
+  }
+  return step.cwiseMax(low).cwiseMin(high);
+}
+
 void settle_record(const DrivenRecord& record, const Whitener& whitener, int steps,
                    const SharedVector<double>& shared, const std::vector<std::size_t>& free,
                    LocalVector<double>& local) {
@@ -79,7 +136,7 @@ void settle_record(const DrivenRecord& record, const Whitener& whitener, int ste
   double damping = 0.0;
   for (int round = 0; round < kMostRounds; ++round) {
     RecordTerms terms = record_terms(record, whitener, steps, shared, x, {{}, free});
-    add_priors(free, x, terms);
+    add_local_priors(free, x, 0, terms);
     if (std::isfinite(terms.chi2) && terms.chi2 < best.chi2) {
       const double won = best.chi2 - terms.chi2;
       best = std::move(terms);

@@ -1,8 +1,8 @@
 #pragma once
 // The speed channel is wrong by a factor (lines per turn, sample clock) or by a constant.
 //   w = w_measured (1 + gain) + offset
-// A speed that was rounded (rig/data/speed_rounding.h) is off by a constant of each record, which is no fault that could
-// be claimed but free in every fit: `rounding`, in sigmas of a rounded value.
+// A speed that was rounded (rig/data/speed_rounding.h) is off by a constant of each record, which is no fault
+// that could be claimed but free in every fit by up to half a step: `rounding`, in sigmas of a rounded value.
 
 #include "estimators/model/base_machine.h"
 #include "estimators/model/effects/effect.h"
@@ -15,7 +15,8 @@ class SpeedBias : public EffectLaw<T> {
   static constexpr EffectParameter kShared[] = {
       {"gain", "1", Role::kAmplitude, 0.0, -0.05, 0.05, 2e-4},
       {"offset_rad_s", "rad/s", Role::kAmplitude, 0.0, -20.0, 20.0, 0.05}};
-  static constexpr EffectParameter kLocal[] = {{"rounding", "1", Role::kAmplitude, 0.0, -10.0, 10.0, 1.0}};
+  static constexpr EffectParameter kLocal[] = {
+      {"rounding", "1", Role::kAmplitude, 0.0, -1.7320508, 1.7320508, 1.0}};
   static constexpr std::size_t kForm0[] = {0};
   static constexpr std::size_t kForm1[] = {1};
   static constexpr EffectForm kForms[] = {{"gain", kForm0, false, false}, {"offset", kForm1, false, false}};

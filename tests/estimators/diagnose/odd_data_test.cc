@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "estimators/diagnose/diagnose.h"
@@ -155,6 +156,38 @@ TEST(OddData, SamplesOfAFastSupplyAreAveragedOverLess) {
   const DrivenRecord record = driven_record(series, fast.pole_pairs);
   EXPECT_GT(record.thinned, 1);
   EXPECT_LE(std::abs(record.frame.w_k) * record.frame.sample_time_s, kThinnedTurn * 1.001);
+}
+
+// As a display shows it: whole turns a minute, of a speed that hardly moves.
+void round_speeds(DataSet& data) {
+  constexpr double kRpm = 2.0 * kPi / 60.0;
+  std::mt19937_64 random(9);
+  std::normal_distribution<double> normal(0.0, 0.1 * kRpm);
+  for (Record& r : data.records) {
+    auto& w = r.series.speed_rad_s;
+    const double mean = std::accumulate(w.begin(), w.end(), 0.0) / static_cast<double>(w.size());
+    for (double& x : w) x = std::round((mean + normal(random)) / kRpm) * kRpm;
+  }
+  data.noise.speed_rad_s = 0.3 * kRpm;
+}
+
+TEST(OddData, ASpeedThatWasRoundedIsNoHeat) {
+  DataSet data = grid(motor(), 7);
+  round_speeds(data);
+  const Diagnosis d = diagnose(model_of(motor()), data);
+  EXPECT_EQ(d.verdict, "adequate") << words(d);
+  EXPECT_TRUE(says(d, "steps of 1 rpm")) << words(d);
+}
+
+TEST(OddData, HeatIsFoundBesideASpeedThatWasRounded) {
+  DataSet data = grid(motor(), 7, {}, [&](std::size_t n) {
+    synthetic::Motor m = motor();
+    m.R_r *= 1.0 + 0.2 * static_cast<double>((n * 7) % 18) / 18.0;
+    return m;
+  });
+  round_speeds(data);
+  const Diagnosis d = diagnose(model_of(motor()), data);
+  EXPECT_EQ(d.effect, "rotor_heating") << words(d);
 }
 
 // Steady points of a motor without friction and a torque sensor 0.8 Nm off.

@@ -109,6 +109,20 @@ TEST(DcTest, ALevelThatNeverSettlesIsRefused) {
   EXPECT_THAT(fit_dc(s).failure, HasSubstr("no level settles"));
 }
 
+// A voltage switched on a winding: the current creeps up as the flux builds, and noise of the voltage hides
+// that v/i falls with it.
+TEST(DcTest, ACurrentThatStillCreepsIsNotSettledHoweverNoisyTheVoltage) {
+  TimeSeries s = levels({{4.0, 0.5}, {9.0, 0.5}}, 0.0, 0.0, 0.03, 0.5, 0.0, 0.0, 4);
+  const auto second = static_cast<std::size_t>(0.5 / s.sample_time_s) + 1;
+  for (std::size_t k = second; k < s.size(); ++k)
+    s.i[k] -= 4.0 * std::exp(-static_cast<double>(k - second) * s.sample_time_s / 0.25);
+  const DcResult r = fit_dc(s);
+  ASSERT_EQ(r.failure, "");
+  ASSERT_EQ(r.levels.size(), 1u);
+  EXPECT_NEAR(r.levels[0].current_A, 4.0, 0.01);
+  EXPECT_NEAR(r.R_s_ohm, kR, 3.0 * r.sigma_ohm);
+}
+
 TEST(DcTest, IntervalsCoverTheTruth) {
   int covered = 0;
   double spread = 0.0, stated = 0.0;

@@ -149,6 +149,11 @@ TEST(Quality, MilliampsAndKilovoltsAreFound) {
               "currents in mA");
   EXPECT_SAID(warnings(Bench(),
                        [](int, std::vector<double>& x) {
+                         for (std::size_t k = 4; k < 7; ++k) x[k] *= 100.0;  // of a tenth of the size
+                       }),
+              "kVA: a very large motor, or currents in mA?");
+  EXPECT_SAID(warnings(Bench(),
+                       [](int, std::vector<double>& x) {
                          for (std::size_t k = 1; k < 4; ++k) x[k] /= 1000.0;
                        }),
               "voltages in kV?");
