@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "estimators/diagnose/missing/record_values.h"
 #include "estimators/fit/student_t.h"
 #include "estimators/model/effects/registry.h"
 
@@ -124,7 +125,10 @@ void add_candidates(const GlobalProblem& problem, const SearchStep& step, Diagno
       }
     }
     for (const Finding& f : out.search.findings) {
-      if (f.candidate.effect == effect) add_estimate(out.search.final.model, f.candidate, c);
+      if (f.candidate.effect != effect) continue;
+      add_estimate(out.search.final.model, f.candidate, c);
+      if (form_of(f.candidate).local)
+        c.estimate = estimates_by_record(problem, out.search.final, f.candidate);
     }
     c.verdict = accepted(out, effect) ? "missing"
                 : rival(out, effect)  ? "confusable"

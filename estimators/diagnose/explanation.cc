@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kMostWarnings = 3;
 constexpr double kHalfASample = 0.1;  // of it
+constexpr double kPerKelvin = 0.0039;  // of copper near room temperature, and nearly of aluminium
 
 void explain_findings(const SearchStep& step, Diagnosis& d) {
   const EffectInfo& info = kEffectInfos[d.search.findings.front().candidate.effect];
@@ -40,6 +41,18 @@ void explain_findings(const SearchStep& step, Diagnosis& d) {
       also.empty() ? "Adding it" : "Adding them", chi2_per_value(step.base), chi2_per_value(d.search.final)));
   if (d.confusable.size() > 1)
     d.explanation.push_back(fmt::format("These data cannot tell {} apart.", listed(d.confusable)));
+}
+
+// Values for each record: what they come to in degrees.
+void explain_heat(Diagnosis& d) {
+  for (const CandidateResult& c : d.candidates) {
+    const auto low = c.estimate.find("warmth_lowest"), high = c.estimate.find("warmth_highest");
+    if (low == c.estimate.end() || high == c.estimate.end()) continue;
+    const double rise = (1.0 + high->second.value) / (1.0 + low->second.value) - 1.0;
+    d.explanation.push_back(
+        fmt::format("{} of the warmest record is {:.2g} % above that of the coldest: about {:.2g} K.",
+                    c.effect == "stator_heating" ? "R_s" : "R_r", 100.0 * rise, rise / kPerKelvin));
+  }
 }
 
 // What a torque transducer may do in the place of a loss: an offset is friction as long as the shaft turns
@@ -135,6 +148,7 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
         fmt::format("The current's noise is {:.2g} times what was declared; the data are believed.",
                     problem.noise().declared_factor));
   if (!d.search.findings.empty()) explain_findings(first, d);
+  explain_heat(d);
   if (d.verdict == "adequate") {
     const std::size_t held = problem.holdout().size();
     d.explanation.push_back(fmt::format(

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "estimators/diagnose/missing/record_conditions.h"
+#include "estimators/diagnose/missing/record_values.h"
 #include "estimators/model/effects/registry.h"
 
 namespace imrig::est {
@@ -16,34 +17,9 @@ constexpr double kFewest = 8.0;   // records, for a parabola to mean anything
 constexpr double kDiffer = 0.25;  // of the values' variance
 constexpr double kFollows = 0.7, kFollowsMore = 0.3;  // the same; more than what goes with heat explains
 
-struct Values {
-  std::vector<double> y, sigma;  // NaN where the record says nothing
-};
-
-Values values_of(const GlobalProblem& problem, const Trial& trial, const GlobalTerms& terms,
-                 const std::vector<std::size_t>& which, std::size_t local) {
-  const Freedom free = trial.model.freedom();
-  const auto s = static_cast<Eigen::Index>(free.shared.size());
-  Values out;
-  for (std::size_t k = 0; k < which.size(); ++k) {
-    const auto locals = problem.locals_of(which[k], free.local);
-    const auto at = std::find(locals.begin(), locals.end(), local) - locals.begin();
-    const auto l = static_cast<Eigen::Index>(locals.size());
-    if (at == l) {
-      out.y.push_back(kMissing), out.sigma.push_back(kMissing);
-      continue;
-    }
-    const Eigen::MatrixXd inverse =
-        terms.records[k].normal.block(s, s, l, l).ldlt().solve(Eigen::MatrixXd::Identity(l, l));
-    out.y.push_back(trial.model.at.local[which[k]][local]);
-    out.sigma.push_back(std::sqrt(std::max(0.0, inverse(at, at))));
-  }
-  return out;
-}
-
 // Share of the values' variance that a parabola over the condition takes away. Weights: a value's own
 // variance beside what the values differ by anyway, so that a few well known ones do not decide alone.
-double share_explained(const Values& values, const std::vector<double>& condition) {
+double share_explained(const RecordValues& values, const std::vector<double>& condition) {
   std::vector<std::size_t> use;
   for (std::size_t k = 0; k < values.y.size(); ++k) {
     if (std::isfinite(condition[k]) && std::isfinite(values.y[k]) && std::isfinite(values.sigma[k]))
@@ -86,7 +62,7 @@ std::vector<ValuePattern> value_patterns(const GlobalProblem& problem, const Tri
       terms = problem.evaluate(trial.model.at, trial.model.freedom(), which, trial.model.live_priors());
       conditions = record_conditions(problem, trial.model.at.shared[0], which);
     }
-    const Values values = values_of(problem, trial, terms, which, kLocalPlace[c.effect]);
+    const RecordValues values = record_values(problem, trial, terms, which, kLocalPlace[c.effect]);
     ValuePattern p{name_of(c), "", 0.0, 0.0};
     for (const NamedCondition& condition : conditions) {
       const double share = share_explained(values, condition.values);

@@ -187,7 +187,12 @@ TEST(OddData, HeatIsFoundBesideASpeedThatWasRounded) {
   });
   round_speeds(data);
   const Diagnosis d = diagnose(model_of(motor()), data);
-  EXPECT_EQ(d.effect, "rotor_heating") << words(d);
+  ASSERT_EQ(d.effect, "rotor_heating") << words(d);
+  // Of the records that are fitted, 0 to 17 eighteenths of 20 %; half a step is 1 % of a slip.
+  const auto& estimate = d.candidates.front().estimate;
+  const double low = estimate.at("warmth_lowest").value, high = estimate.at("warmth_highest").value;
+  EXPECT_NEAR((1.0 + high) / (1.0 + low), 1.0 + 0.2 * 17.0 / 18.0, 0.02);
+  EXPECT_TRUE(says(d, "above that of the coldest: about 4")) << words(d);
 }
 
 // Steady points of a motor without friction and a torque sensor 0.8 Nm off.
