@@ -108,7 +108,8 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
       d.verdict = "adequate";
     else {
       d.losses_in_doubt = losses_in_doubt(problem, d.search);
-      d.verdict = d.losses_in_doubt.empty() ? "unknown" : "cannot_tell";
+      d.rounding_in_doubt = problem.speed_step_rad_s() > 0.0;
+      d.verdict = d.losses_in_doubt.empty() && !d.rounding_in_doubt ? "unknown" : "cannot_tell";
     }
   } else {
     const Finding& main = d.search.findings.front();
@@ -200,12 +201,6 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   if (!cut.empty())
     out.explanation.push_back(fmt::format("Few records: {} {} cut into parts, which are judged like records.",
                                           listed(cut), cut.size() == 1 ? "was" : "were"));
-  if (problem.speed_step_rad_s() > 0.0)
-    out.explanation.push_back(
-        fmt::format("The speed was rounded to steps of {:.3g} rpm: in each record it is free by half a step, "
-                    "and what is no larger "
-                    "than that these data cannot tell.",
-                    rpm_of_rad_s(problem.speed_step_rad_s())));
   explain(problem, options.without, out);
   if (!known.sentence.empty())
     out.explanation.insert(out.explanation.begin(), "The model does not know all of its parameters: " + known.sentence + ".");
@@ -216,6 +211,8 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
 Improvement improve(const Model& model, const DataSet& data, const DiagnoseOptions& options) {
   Improvement out;
   out.diagnosis = diagnose(model, data, options);
+  out.model = model;
+  if (out.diagnosis.verdict == "unknown") return out;  // nothing is proven
   out.model = to_model(model, out.diagnosis.search.final.model);
   for (const SearchChange& change : out.diagnosis.search.changes) {
     Revision r;

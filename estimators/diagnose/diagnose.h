@@ -5,8 +5,8 @@
 //   missing      one effect explains the misfit
 //   ambiguous    several do, and these data cannot tell them apart
 //   unknown      the misfit stays, or what was accepted does not hold still: not in the library
-//   cannot_tell  the data could not show the effects that matter, or a loss may be why the torque is off, not
-//   surely
+//   cannot_tell  the data could not show the effects that matter; or a loss may be why the torque is off, not
+//                surely; or rounding of the speed may be why a small error is left
 // Reads the data set and the model, nothing else.
 
 #include <functional>
@@ -50,6 +50,7 @@ struct Diagnosis {
   std::size_t ranked_among = 0;
   std::vector<CandidateResult> candidates;
   std::vector<std::string> losses_in_doubt;  // at the shaft: may be why the torque is off, not surely
+  bool rounding_in_doubt = false;  // a small error that is left may be that of a speed that was rounded
   std::optional<Unexplained> unexplained;
   std::optional<NextExperiment> next_experiment;
   std::vector<std::string> explanation;  // sentences for people
@@ -71,7 +72,7 @@ Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOption
 
 struct Improvement {
   Diagnosis diagnosis;  // of the first step, with the whole search
-  Model model;          // with the accepted effects, and its history
+  Model model;          // with the accepted effects, and its history; as it came where the verdict is unknown
 };
 
 Improvement improve(const Model& model, const DataSet& data, const DiagnoseOptions& options = {});

@@ -122,6 +122,16 @@ void explain_lag(const GlobalProblem& problem, Diagnosis& d) {
   }
 }
 
+void explain_rounding(const GlobalProblem& problem, Diagnosis& d) {
+  if (!(problem.speed_step_rad_s() > 0.0)) return;
+  d.explanation.push_back(
+      fmt::format("The speed was rounded to steps of {:.3g} rpm: in each record it is free by half a step, "
+                  "and what is no "
+                  "larger than that these data cannot tell{}.",
+                  rpm_of_rad_s(problem.speed_step_rad_s()),
+                  d.rounding_in_doubt ? ", the small error that is left among it" : ""));
+}
+
 }  // namespace
 
 void repeat_warnings(const DataSet& data, Diagnosis& d) {
@@ -147,6 +157,7 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
     d.explanation.push_back(
         fmt::format("The current's noise is {:.2g} times what was declared; the data are believed.",
                     problem.noise().declared_factor));
+  explain_rounding(problem, d);
   if (!d.search.findings.empty()) explain_findings(first, d);
   explain_heat(d);
   if (d.verdict == "adequate") {
@@ -186,7 +197,7 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
         "A loss between air gap and shaft ({}) may be why the torque is off, but too few stretches of "
         "steady speed, or too much alike, show it to be sure: take more loads and speeds.",
         listed(d.losses_in_doubt)));
-  if (d.verdict == "cannot_tell" && d.losses_in_doubt.empty())
+  if (d.verdict == "cannot_tell" && d.losses_in_doubt.empty() && !d.rounding_in_doubt)
     d.explanation.push_back("The data excite the motor too little to show most effects.");
   d.explanation.push_back(fmt::format("Ranked among {} effects{}.", d.ranked_among,
                                       without.empty() ? "" : "; ruled out: " + listed(without)));

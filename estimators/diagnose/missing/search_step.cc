@@ -244,7 +244,13 @@ bool explains_torque(const GlobalProblem& problem, const Trial& trial, const Tri
 }
 
 bool same_worth(const Trial& best, const Trial& other, double whole, double values) {
-  if (surely_better(best, other) < kTold) return true;
+  // One record that carries most of it must not hide that all others say the same.
+  std::vector<double> gains = left_out_gains(best, other);
+  const double all = surely_better(gains);
+  if (!gains.empty()) gains.erase(std::max_element(gains.begin(), gains.end()));
+  const double lost = other.chi2 - best.chi2;
+  const bool takes_little = lost > kMostOfIt * whole && lost > kLargeGain * scale_of(best);
+  if (!takes_little && all < kTold && surely_better(gains) < kTold) return true;
   // What the best itself leaves over tells how little its form can be trusted.
   const double behind = other.left_out_chi2 - best.left_out_chi2;
   return behind < std::min(kSameShare * whole, excess(best, values));

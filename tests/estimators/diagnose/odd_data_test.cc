@@ -112,9 +112,15 @@ TEST(OddData, ValuesThatFollowSlipAreNoHeat) {
   });
   DiagnoseOptions options;
   options.without = {"rotor_skin_effect"};
-  const Diagnosis d = diagnose(model_of(motor()), data, options);
+  const Model model = model_of(motor());
+  const Improvement found = improve(model, data, options);
+  const Diagnosis& d = found.diagnosis;
   EXPECT_EQ(d.verdict, "unknown") << d.effect;
   EXPECT_TRUE(says(d, "heat does not"));
+  // What was tried explains nothing, and is not handed on.
+  EXPECT_TRUE(found.model.effects.empty());
+  EXPECT_EQ(found.model.R_r.value, model.R_r.value);
+  EXPECT_EQ(found.model.history.size(), model.history.size());
 }
 
 // A winding that is warm in some records makes slow errors, a few among thousands of white values.
