@@ -91,6 +91,11 @@ std::vector<std::string> losses_in_doubt(const GlobalProblem& problem, const Sea
   return {out.begin(), out.end()};
 }
 
+bool torque_is_off(const GlobalProblem& problem, const SearchChange& change) {
+  return !torque_inside_band(problem, change.fitted.torque) ||
+         !torque_inside_band(problem, change.holdout.torque);
+}
+
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   const SearchStep& first = d.search.steps.front();
   const double before = chi2_per_value(first.base), after = chi2_per_value(d.search.final);
@@ -108,7 +113,8 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
       d.verdict = "adequate";
     else {
       d.losses_in_doubt = losses_in_doubt(problem, d.search);
-      d.rounding_in_doubt = problem.speed_step_rad_s() > 0.0;
+      d.rounding_in_doubt =
+          problem.speed_step_rad_s() > 0.0 && !torque_is_off(problem, d.search.changes.back());
       d.verdict = d.losses_in_doubt.empty() && !d.rounding_in_doubt ? "unknown" : "cannot_tell";
     }
   } else {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "bench/hidden/score.h"
@@ -18,6 +19,7 @@ namespace imrig::bench {
 namespace {
 
 constexpr SealOptions kShort{0.09, 4, 8};
+constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;
 
 Outcome outcome_of(const std::string& name, Strength strength) {
   return score(make_sealed(cell(name), strength, 7, kShort));
@@ -198,6 +200,15 @@ TEST(TorqueOfSeries, ThatNoLossCanExplainIsUnknown) {
   const est::Diagnosis d = est::diagnose(est::identify(sealed.data, {}).model, sealed.data, {});
   EXPECT_EQ(d.verdict, "unknown");
   EXPECT_TRUE(d.losses_in_doubt.empty());
+  // A speed that was rounded is no reason for it either.
+  for (Record& r : sealed.data.records) {
+    for (double& w : r.series.speed_rad_s) w = std::round(w / kRpm) * kRpm;
+  }
+  const est::Diagnosis rounded = est::diagnose(est::identify(sealed.data, {}).model, sealed.data, {});
+  EXPECT_EQ(rounded.verdict, "unknown");
+  EXPECT_FALSE(rounded.rounding_in_doubt);
+  EXPECT_TRUE(std::any_of(rounded.explanation.begin(), rounded.explanation.end(),
+                          [](const std::string& line) { return line.find("steps of 1 rpm") != line.npos; }));
 }
 
 // The DC test was cold and tells R_s of a cold winding. Copper: 0.393 % a kelvin of what it has at 25

@@ -164,15 +164,18 @@ TEST(OddData, SamplesOfAFastSupplyAreAveragedOverLess) {
   EXPECT_LE(std::abs(record.frame.w_k) * record.frame.sample_time_s, kThinnedTurn * 1.001);
 }
 
-// As a display shows it: whole turns a minute, of a speed that hardly moves.
-void round_speeds(DataSet& data) {
+// As a display shows it: whole turns a minute, of a speed that hardly moves; it may sway once in a record.
+void round_speeds(DataSet& data, double sway_rad_s = 0.0) {
   constexpr double kRpm = 2.0 * kPi / 60.0;
   std::mt19937_64 random(9);
   std::normal_distribution<double> normal(0.0, 0.1 * kRpm);
   for (Record& r : data.records) {
     auto& w = r.series.speed_rad_s;
     const double mean = std::accumulate(w.begin(), w.end(), 0.0) / static_cast<double>(w.size());
-    for (double& x : w) x = std::round((mean + normal(random)) / kRpm) * kRpm;
+    for (std::size_t k = 0; k < w.size(); ++k) {
+      const double turn = 2.0 * kPi * static_cast<double>(k) / static_cast<double>(w.size());
+      w[k] = std::round((mean + sway_rad_s * std::sin(turn) + normal(random)) / kRpm) * kRpm;
+    }
   }
   data.noise.speed_rad_s = 0.3 * kRpm;
 }
@@ -183,6 +186,16 @@ TEST(OddData, ASpeedThatWasRoundedIsNoHeat) {
   const Diagnosis d = diagnose(model_of(motor()), data);
   EXPECT_EQ(d.verdict, "adequate") << words(d);
   EXPECT_TRUE(says(d, "steps of 1 rpm")) << words(d);
+}
+
+// A display that sways by a fifth of a step where the shaft does not: more than a constant of each record.
+TEST(OddData, ASmallErrorBesideASpeedThatWasRoundedCannotBeTold) {
+  DataSet data = grid(motor(), 7);
+  round_speeds(data, 0.2 * 2.0 * kPi / 60.0);
+  const Diagnosis d = diagnose(model_of(motor()), data);
+  EXPECT_EQ(d.verdict, "cannot_tell") << words(d);
+  EXPECT_TRUE(d.rounding_in_doubt);
+  EXPECT_TRUE(says(d, "the small error that is left among it")) << words(d);
 }
 
 TEST(OddData, HeatIsFoundBesideASpeedThatWasRounded) {
