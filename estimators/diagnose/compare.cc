@@ -11,6 +11,7 @@
 #include "estimators/diagnose/repeat_floor.h"
 #include "estimators/model/model.h"
 #include "rig/base/error.h"
+#include "rig/data/speed_rounding.h"
 
 namespace imrig::est {
 
@@ -50,6 +51,7 @@ std::map<std::size_t, Residual> compare_records(const ModelPrediction& model, co
                                                 const std::map<std::string, std::vector<std::size_t>>& groups,
                                                 CompareResult& result) {
   std::map<std::size_t, Residual> kept;
+  const double speed_step_rad_s = rounded_speed_step(data);
   for (const auto& [key, members] : groups) {
     for (const std::size_t k : members) kept[k];
   }
@@ -61,7 +63,7 @@ std::map<std::size_t, Residual> compare_records(const ModelPrediction& model, co
         compare_points(model, data, record, out);
         kept.erase(k);
       } else {
-        Residual residual = compare_series(model, data, record, options, out);
+        Residual residual = compare_series(model, data, record, options, speed_step_rad_s, out);
         if (kept.contains(k)) kept[k] = std::move(residual);
       }
     } catch (const Error& e) {

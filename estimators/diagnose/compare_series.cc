@@ -20,7 +20,9 @@ constexpr double kShortestStretch_s = 0.05;
 
 double square(double x) { return x * x; }
 
-TimeSeries disturbed(const TimeSeries& series, const Noise& noise, std::mt19937_64& random) {
+// offset_rad_s: of the speed, the same in every sample.
+TimeSeries disturbed(const TimeSeries& series, const Noise& noise, double offset_rad_s,
+                     std::mt19937_64& random) {
   std::normal_distribution<double> draw(0.0, 1.0);
   TimeSeries out = series;
   if (!std::isnan(noise.voltage_V)) {
@@ -32,6 +34,7 @@ TimeSeries disturbed(const TimeSeries& series, const Noise& noise, std::mt19937_
   if (!std::isnan(noise.speed_rad_s)) {
     for (auto& w : out.speed_rad_s) w += noise.speed_rad_s * draw(random);
   }
+  for (auto& w : out.speed_rad_s) w += offset_rad_s;
   return out;
 }
 
@@ -50,17 +53,22 @@ struct PassedNoise {
 };
 
 PassedNoise passed_noise(const MachineParameters<double>& machine, const DataSet& data,
-                         const TimeSeries& series, const CompareOptions& options, const LineProbe& probe) {
+                         const TimeSeries& series, const CompareOptions& options, double speed_step_rad_s,
+                         const LineProbe& probe) {
   PassedNoise out;
   const CurrentPrediction clean = predict_current(machine, data.pole_pairs, series);
   const std::size_t n = clean.predicted.size();
   out.power2.assign(n, 0.0);
   out.lines2.assign(line_kinds().size(), 0.0);
-  if (std::isnan(data.noise.voltage_V) && std::isnan(data.noise.speed_rad_s)) return out;
+  if (std::isnan(data.noise.voltage_V) && std::isnan(data.noise.speed_rad_s) && speed_step_rad_s == 0.0)
+    return out;
   std::mt19937_64 random(seed_of(series, options.noise_seed));
   const double weight = 1.0 / std::max(1, options.noise_draws);
   for (int draw = 0; draw < options.noise_draws; ++draw) {
-    const auto moved = predict_current(machine, data.pole_pairs, disturbed(series, data.noise, random));
+    // Evenly over the step: what was rounded is off by any part of it.
+    const double offset = speed_step_rad_s * ((draw + 0.5) * weight - 0.5);
+    const auto moved =
+        predict_current(machine, data.pole_pairs, disturbed(series, data.noise, offset, random));
     std::vector<std::complex<double>> shifts(n);
     for (std::size_t k = 0; k < n; ++k) {
       const auto shift = moved.predicted[k] - clean.predicted[k];
@@ -246,11 +254,11 @@ Residual residual_of(const CurrentPrediction& p, const TimeSeries& series) {
 }  // namespace
 
 Residual compare_series(const ModelPrediction& model, const DataSet& data, const Record& record,
-                        const CompareOptions& options, ComparedRecord& out) {
+                        const CompareOptions& options, double speed_step_rad_s, ComparedRecord& out) {
   const TimeSeries& series = record.series;
   const CurrentPrediction p = model.current(series);
   const LineProbe probe(series, p.first, p.measured.size(), out.conditions.f_Hz, data.pole_pairs);
-  const PassedNoise passed = passed_noise(model.machine(), data, series, options, probe);
+  const PassedNoise passed = passed_noise(model.machine(), data, series, options, speed_step_rad_s, probe);
   out.channels = channels_of(data, series, p, passed, 0, p.measured.size(), kInitialStates);
   if (!std::isnan(out.channels["current_A"].floor)) out.floor_from = "declared noise";
   out.stretches = stretches_of(model, data, record, p, passed, options, out);

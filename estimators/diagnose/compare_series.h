@@ -17,8 +17,9 @@ struct Residual {
   std::vector<double> power;
 };
 
+// speed_step_rad_s: to which the set's speeds were rounded (rig/data/speed_rounding.h), 0: they were not.
 // Throws Error when the record cannot be judged.
 Residual compare_series(const ModelPrediction& model, const DataSet& data, const Record& record,
-                        const CompareOptions& options, ComparedRecord& out);
+                        const CompareOptions& options, double speed_step_rad_s, ComparedRecord& out);
 
 }  // namespace imrig::est

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "estimators/diagnose/compare.h"
 #include "estimators/diagnose/diagnose.h"
 #include "estimators/diagnose/missing/parts.h"
 #include "estimators/diagnose/missing/search_step.h"
@@ -186,6 +187,21 @@ TEST(OddData, ASpeedThatWasRoundedIsNoHeat) {
   const Diagnosis d = diagnose(model_of(motor()), data);
   EXPECT_EQ(d.verdict, "adequate") << words(d);
   EXPECT_TRUE(says(d, "steps of 1 rpm")) << words(d);
+}
+
+// Rounding is no failure of the model: what it leaves of the right one lies at the floor.
+TEST(OddData, TheFloorOfAComparisonCountsTheRoundingOfASpeed) {
+  DataSet data = grid(motor(), 7);
+  round_speeds(data);
+  const CompareResult result = compare(model_of(motor()), data);
+  EXPECT_GT(result.fitted.chi2_per_dof, 0.5);
+  EXPECT_LT(result.fitted.chi2_per_dof, 1.5);
+  EXPECT_GT(result.fitted.nrmse, 0.7 * result.fitted.floor_nrmse);
+  EXPECT_LT(result.fitted.nrmse, 1.2 * result.fitted.floor_nrmse);
+  // Off the grid nothing is known to be rounded, and the floor is that of the declared noise.
+  for (Record& r : data.records) r.series.speed_rad_s.front() += 0.01;
+  const CompareResult plain = compare(model_of(motor()), data);
+  EXPECT_LT(plain.fitted.floor_nrmse, 0.8 * result.fitted.floor_nrmse);
 }
 
 // A display that sways by a fifth of a step where the shaft does not: more than a constant of each record.
