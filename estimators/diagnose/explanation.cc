@@ -122,6 +122,32 @@ void explain_lag(const GlobalProblem& problem, Diagnosis& d) {
   }
 }
 
+// The second order tells what kind of sensor is late.
+void explain_late_speed(Diagnosis& d) {
+  const std::size_t number = *effect_number("speed_bias");
+  if (!accepted(d, number)) return;
+  const double* p = d.search.final.model.at.shared.data() + kSharedPlace[number];
+  const double late_ms = 1e3 * p[2], share = p[3];
+  if (late_ms == 0.0) return;
+  if (late_ms < 0.0) {
+    d.explanation.push_back(fmt::format(
+        "The measured speed is {:.3g} ms ahead of the currents: are they delayed, or the speed smoothed "
+        "around its samples?",
+        -late_ms));
+    return;
+  }
+  std::string like;
+  if (share > 0.42)
+    like = "as a pure delay would";
+  else if (share > 0.2)
+    like = fmt::format("as counts over the last {:.2g} ms", 2.0 * late_ms);
+  else
+    like = fmt::format("as behind a first-order filter of {:.2g} ms", late_ms);
+  d.explanation.push_back(
+      fmt::format("The measured speed comes {:.3g} ms late, {}: a property of the sensor, not of the motor.",
+                  late_ms, like));
+}
+
 void explain_rounding(const GlobalProblem& problem, Diagnosis& d) {
   if (!(problem.speed_step_rad_s() > 0.0)) return;
   d.explanation.push_back(
@@ -170,6 +196,7 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
   explain_torque(problem, d);
   doubt_transducer(problem.data(), d);
   explain_lag(problem, d);
+  explain_late_speed(d);
   if (!d.effect.empty() && d.unexplained)
     d.explanation.push_back("Something remains that no effect of the library explains: " +
                             d.unexplained->description);

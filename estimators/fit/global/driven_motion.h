@@ -52,6 +52,8 @@ struct Segment {
     out.turn = between(from.turn, to.turn);
     out.rotor_turn = between(from.rotor_turn, to.rotor_turn);
     out.voltage_rate = from.voltage_rate + part * (to.voltage_rate - from.voltage_rate);
+    out.speed_rate = from.speed_rate + part * (to.speed_rate - from.speed_rate);
+    out.speed_bend = from.speed_bend + part * (to.speed_bend - from.speed_bend);
     out.current = from.current + part * (to.current - from.current);
     return out;
   }

@@ -9,6 +9,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
+constexpr double kSlope_s = 2e-3;  // noise of the speed times a lag of 5 ms makes twice the noise
+
 template <class X>
 std::vector<X> averaged(const std::vector<X>& x, std::size_t by) {
   std::vector<X> out;
@@ -62,6 +64,26 @@ void add_voltage_rate(DrivenRecord& record) {
   }
 }
 
+// Slope of a straight line through the samples nearer than kSlope_s.
+std::vector<double> slopes(const std::vector<double>& w, double h) {
+  const auto reach = static_cast<std::size_t>(std::max(1.0, std::round(kSlope_s / h)));
+  std::vector<double> out(w.size(), 0.0);
+  for (std::size_t k = 0; k < w.size(); ++k) {
+    const std::size_t begin = k < reach ? 0 : k - reach, end = std::min(w.size(), k + reach + 1);
+    const auto n = static_cast<double>(end - begin);
+    const double middle = 0.5 * static_cast<double>(begin + end - 1);
+    double along = 0.0;
+    for (std::size_t m = begin; m < end; ++m) along += (static_cast<double>(m) - middle) * (w[m] - w[k]);
+    if (n > 1.0) out[k] = along / (h * n * (n * n - 1.0) / 12.0);
+  }
+  return out;
+}
+
+void add_speed_rate(DrivenRecord& record) {
+  record.speed_rate = slopes(record.frame.w_r, record.frame.sample_time_s);
+  record.speed_bend = slopes(record.speed_rate, record.frame.sample_time_s);
+}
+
 void add_rotor_turn(DrivenRecord& record) {
   const FrameRecord& frame = record.frame;
   double angle = 0.0;
@@ -100,6 +122,8 @@ Instant DrivenRecord::at(std::size_t k) const {
   out.sample_time_s = frame.sample_time_s;
   out.current = frame.i[k];
   out.has_current = true;
+  out.speed_rate = speed_rate[k];
+  out.speed_bend = speed_bend[k];
   out.speed_sigma = speed_sigma;
   if (!stator_C.empty()) out.stator_C = stator_C[k];
   return out;
@@ -115,6 +139,7 @@ DrivenRecord driven_record(const TimeSeries& series, int pole_pairs, double long
   thin(record, longest_s);
   straighten(record.frame.v);
   add_voltage_rate(record);
+  add_speed_rate(record);
   add_rotor_turn(record);
   add_temperature(record, series);
   return record;

@@ -30,6 +30,7 @@ struct DrivenRecord {
   std::vector<std::complex<double>> voltage_rate;  // V/s, stationary derivative seen in the frame
   std::vector<double> stator_C;                    // empty: not measured
   std::vector<std::complex<double>> rotor_turn;    // exp(j (theta_r - theta_k)), theta_r = 0 at the start
+  std::vector<double> speed_rate, speed_bend;  // d/dt of the speed, electrical rad/s^2, and again, rad/s^3
   double speed_sigma = 0.0;                        // of a held speed that was rounded, electrical rad/s
   std::vector<TorqueWindow> torque;                // to be judged beside the current; empty until asked for
 

@@ -73,6 +73,8 @@ struct Instant {
   double sample_time_s = 0.0;    // over which what drives the motor is a mean
   std::complex<double> current = 0.0;  // measured, in the frame
   bool has_current = false;
+  double speed_bend = 0.0;   // and again, rad/s^3
+  double speed_rate = 0.0;   // of the measured speed, electrical rad/s^2
   double speed_sigma = 0.0;  // of a held speed that was rounded, electrical rad/s
 };
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "estimators/diagnose/diagnose.h"
 #include "estimators/fit/identify.h"
@@ -92,8 +93,10 @@ TimeSeries start_of(const DeepBarMotor& motor, double v_peak_V, double angle, do
   return out;
 }
 
-TEST(Starts, AloneNameADeepBarAndItsImpedance) {
-  const DeepBarMotor motor;
+using SpeedSensor = std::function<void(TimeSeries&)>;
+
+// Six of them, one held out.
+DataSet starts_of(const DeepBarMotor& motor, const SpeedSensor& sensor = {}) {
   DataSet data;
   data.name = "starts";
   data.pole_pairs = motor.pole_pairs;
@@ -104,13 +107,25 @@ TEST(Starts, AloneNameADeepBarAndItsImpedance) {
     r.id = fmt::format("start{}", n);
     r.kind = RecordKind::kStartup;
     r.holdout = n == 3;
-    r.series = start_of(motor, 326.6 * volts[n], 0.7 * static_cast<double>(n), 2e-4 * (1.0 + static_cast<double>(n % 3)));
+    const double fan = 2e-4 * (1.0 + static_cast<double>(n % 3));
+    r.series = start_of(motor, 326.6 * volts[n], 0.7 * static_cast<double>(n), fan);
+    if (sensor) sensor(r.series);
     synthetic::add_noise(r.series, data.noise.current_A, data.noise.voltage_V, data.noise.speed_rad_s, 50 + n);
     data.records.push_back(std::move(r));
   }
+  return data;
+}
+
+std::string words(const Diagnosis& d) {
+  return fmt::format("{} {}", d.verdict, fmt::join(d.explanation, "\n"));
+}
+
+TEST(Starts, AloneNameADeepBarAndItsImpedance) {
+  const DeepBarMotor motor;
+  const DataSet data = starts_of(motor);
   const Model model = identify(data).model;
   const Diagnosis d = diagnose(model, data);
-  ASSERT_EQ(d.effect, "rotor_skin_effect") << fmt::format("{} {}", d.verdict, fmt::join(d.explanation, "\n"));
+  ASSERT_EQ(d.effect, "rotor_skin_effect") << words(d);
   EXPECT_EQ(d.verdict, "missing");
   EXPECT_LT(d.search.final.left_out_chi2, 1.2 * static_cast<double>(d.search.final.model.fit.values));
   const auto estimate = [&](const char* name) { return d.candidates.front().estimate.at(name).value; };
@@ -121,6 +136,37 @@ TEST(Starts, AloneNameADeepBarAndItsImpedance) {
     const Complex lower(R_b, w * R_b / corner);
     const double R = (R_u * lower / (R_u + lower)).real(), truth = motor.bar_impedance(w).real();
     EXPECT_NEAR(R, truth, 0.03 * truth) << f_Hz << " Hz";
+  }
+}
+// A filter of 4 ms, or counts of an encoder over the last 8 ms.
+TEST(Starts, NameASpeedThatComesLate) {
+  DeepBarMotor motor;
+  motor.R_bar = 0.0, motor.R_ring = 0.34;  // no layer is deeper than another
+  const auto filter = [](TimeSeries& s) {
+    double late = s.speed_rad_s.front();
+    for (double& w : s.speed_rad_s) w = late += (1.0 - std::exp(-s.sample_time_s / 4e-3)) * (w - late);
+  };
+  const auto window = [](TimeSeries& s) {
+    const std::vector<double> w = s.speed_rad_s;
+    const auto counted = static_cast<std::size_t>(std::lround(8e-3 / s.sample_time_s));
+    for (std::size_t k = 0; k < w.size(); ++k) {
+      double sum = 0.0;
+      for (std::size_t m = 0; m < counted; ++m) sum += w[k - std::min(k, m)];
+      s.speed_rad_s[k] = sum / static_cast<double>(counted);
+    }
+  };
+  const std::pair<SpeedSensor, std::string> sensors[] = {{filter, "as behind a first-order filter"},
+                                                         {window, "as counts over the last 8"}};
+  for (const auto& [sensor, what] : sensors) {
+    const DataSet data = starts_of(motor, sensor);
+    const Diagnosis d = diagnose(identify(data).model, data);
+    EXPECT_EQ(d.effect, "speed_bias") << words(d);
+    EXPECT_EQ(d.verdict, "missing") << words(d);
+    EXPECT_EQ(d.search.final.model.active.size(), 1u) << words(d);
+    ASSERT_TRUE(d.candidates.front().estimate.contains("lag_s"));
+    EXPECT_NEAR(d.candidates.front().estimate.at("lag_s").value, 4e-3, 0.1e-3);
+    EXPECT_LT(d.search.final.left_out_chi2, 1.5 * static_cast<double>(d.search.final.model.fit.values));
+    EXPECT_NE(words(d).find(what), std::string::npos) << words(d);
   }
 }
 
