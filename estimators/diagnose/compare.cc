@@ -51,7 +51,7 @@ std::map<std::size_t, Residual> compare_records(const ModelPrediction& model, co
                                                 const std::map<std::string, std::vector<std::size_t>>& groups,
                                                 CompareResult& result) {
   std::map<std::size_t, Residual> kept;
-  const double speed_step_rad_s = rounded_speed_step(data);
+  const SpeedRounding rounding = speed_rounding(data);
   for (const auto& [key, members] : groups) {
     for (const std::size_t k : members) kept[k];
   }
@@ -63,7 +63,8 @@ std::map<std::size_t, Residual> compare_records(const ModelPrediction& model, co
         compare_points(model, data, record, out);
         kept.erase(k);
       } else {
-        Residual residual = compare_series(model, data, record, options, speed_step_rad_s, out);
+        const double speed_sigma = rounding.of_record[k] ? rounding.sigma_rad_s : 0.0;
+        Residual residual = compare_series(model, data, record, options, speed_sigma, out);
         if (kept.contains(k)) kept[k] = std::move(residual);
       }
     } catch (const Error& e) {

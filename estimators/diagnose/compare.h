@@ -6,10 +6,11 @@
 //   chi2_per_dof  mean of squared error over its variance from noise alone; 1 for a model that leaves only
 //   noise floor         the nrmse that measurement noise alone gives: from repeats, else from the declared
 //   noise,
-//                 which counts the channel's own noise, and the voltage and speed noise and the rounding
-//                 of a speed passed through the model
+//                 which counts the channel's own noise and the voltage and speed noise passed through the
+//                 model
 // NaN where the noise is not known. Time series are driven by measured voltage and speed; the initial flux of
-// each record is estimated by linear least squares (of hold-out records too: it is a state, not a parameter).
+// each record is estimated by linear least squares (of hold-out records too: it is a state, not a parameter),
+// and so is the constant by which a speed that was rounded is off.
 // Points are solved by phasors. With a voltage filter, currents and powers are those behind the same filter.
 
 #include <complex>

@@ -20,9 +20,7 @@ constexpr double kShortestStretch_s = 0.05;
 
 double square(double x) { return x * x; }
 
-// offset_rad_s: of the speed, the same in every sample.
-TimeSeries disturbed(const TimeSeries& series, const Noise& noise, double offset_rad_s,
-                     std::mt19937_64& random) {
+TimeSeries disturbed(const TimeSeries& series, const Noise& noise, std::mt19937_64& random) {
   std::normal_distribution<double> draw(0.0, 1.0);
   TimeSeries out = series;
   if (!std::isnan(noise.voltage_V)) {
@@ -34,7 +32,6 @@ TimeSeries disturbed(const TimeSeries& series, const Noise& noise, double offset
   if (!std::isnan(noise.speed_rad_s)) {
     for (auto& w : out.speed_rad_s) w += noise.speed_rad_s * draw(random);
   }
-  for (auto& w : out.speed_rad_s) w += offset_rad_s;
   return out;
 }
 
@@ -53,22 +50,17 @@ struct PassedNoise {
 };
 
 PassedNoise passed_noise(const MachineParameters<double>& machine, const DataSet& data,
-                         const TimeSeries& series, const CompareOptions& options, double speed_step_rad_s,
-                         const LineProbe& probe) {
+                         const TimeSeries& series, const CompareOptions& options, const LineProbe& probe) {
   PassedNoise out;
   const CurrentPrediction clean = predict_current(machine, data.pole_pairs, series);
   const std::size_t n = clean.predicted.size();
   out.power2.assign(n, 0.0);
   out.lines2.assign(line_kinds().size(), 0.0);
-  if (std::isnan(data.noise.voltage_V) && std::isnan(data.noise.speed_rad_s) && speed_step_rad_s == 0.0)
-    return out;
+  if (std::isnan(data.noise.voltage_V) && std::isnan(data.noise.speed_rad_s)) return out;
   std::mt19937_64 random(seed_of(series, options.noise_seed));
   const double weight = 1.0 / std::max(1, options.noise_draws);
   for (int draw = 0; draw < options.noise_draws; ++draw) {
-    // Evenly over the step: what was rounded is off by any part of it.
-    const double offset = speed_step_rad_s * ((draw + 0.5) * weight - 0.5);
-    const auto moved =
-        predict_current(machine, data.pole_pairs, disturbed(series, data.noise, offset, random));
+    const auto moved = predict_current(machine, data.pole_pairs, disturbed(series, data.noise, random));
     std::vector<std::complex<double>> shifts(n);
     for (std::size_t k = 0; k < n; ++k) {
       const auto shift = moved.predicted[k] - clean.predicted[k];
@@ -251,14 +243,45 @@ Residual residual_of(const CurrentPrediction& p, const TimeSeries& series) {
   return out;
 }
 
+double variance_of(const DataSet& data, const CurrentPrediction& p, const PassedNoise& passed) {
+  const double known = 2.0 * square(data.noise.current_A * p.noise_gain) + passed.current2;
+  if (std::isfinite(known) && known > 0.0) return known;
+  double sum = 0.0;
+  for (std::size_t k = 0; k < p.measured.size(); ++k) sum += std::norm(p.measured[k] - p.predicted[k]);
+  return sum / static_cast<double>(std::max<std::size_t>(1, p.measured.size()));
+}
+
+// A held speed that was rounded is off by a constant of the record, which is estimated from it like its
+// initial flux: at most half a step, and as likely as rounding makes it. rad/s, mechanical.
+double speed_off(const ModelPrediction& model, const TimeSeries& series, const CurrentPrediction& p,
+                 double variance, double sigma_rad_s) {
+  TimeSeries moved = series;
+  for (double& w : moved.speed_rad_s) w += sigma_rad_s;
+  const CurrentPrediction q = model.current(moved);
+  double along = 0.0, power = 0.5 * variance;
+  for (std::size_t k = 0; k < p.measured.size() && k < q.predicted.size(); ++k) {
+    const auto shift = q.predicted[k] - p.predicted[k];
+    along += (std::conj(shift) * (p.measured[k] - p.predicted[k])).real();
+    power += std::norm(shift);
+  }
+  const double most = std::sqrt(3.0);
+  return power > 0.0 ? sigma_rad_s * std::clamp(along / power, -most, most) : 0.0;
+}
+
 }  // namespace
 
 Residual compare_series(const ModelPrediction& model, const DataSet& data, const Record& record,
-                        const CompareOptions& options, double speed_step_rad_s, ComparedRecord& out) {
+                        const CompareOptions& options, double speed_sigma_rad_s, ComparedRecord& out) {
   const TimeSeries& series = record.series;
-  const CurrentPrediction p = model.current(series);
+  CurrentPrediction p = model.current(series);
   const LineProbe probe(series, p.first, p.measured.size(), out.conditions.f_Hz, data.pole_pairs);
-  const PassedNoise passed = passed_noise(model.machine(), data, series, options, speed_step_rad_s, probe);
+  const PassedNoise passed = passed_noise(model.machine(), data, series, options, probe);
+  if (speed_sigma_rad_s > 0.0) {
+    TimeSeries mended = series;
+    const double off = speed_off(model, series, p, variance_of(data, p, passed), speed_sigma_rad_s);
+    for (double& w : mended.speed_rad_s) w += off;
+    p = model.current(mended);
+  }
   out.channels = channels_of(data, series, p, passed, 0, p.measured.size(), kInitialStates);
   if (!std::isnan(out.channels["current_A"].floor)) out.floor_from = "declared noise";
   out.stretches = stretches_of(model, data, record, p, passed, options, out);

@@ -17,9 +17,9 @@ struct Residual {
   std::vector<double> power;
 };
 
-// speed_step_rad_s: to which the set's speeds were rounded (rig/data/speed_rounding.h), 0: they were not.
+// speed_sigma_rad_s: of a held speed that was rounded (rig/data/speed_rounding.h); 0: it was not.
 // Throws Error when the record cannot be judged.
 Residual compare_series(const ModelPrediction& model, const DataSet& data, const Record& record,
-                        const CompareOptions& options, double speed_step_rad_s, ComparedRecord& out);
+                        const CompareOptions& options, double speed_sigma_rad_s, ComparedRecord& out);
 
 }  // namespace imrig::est

@@ -22,6 +22,7 @@ namespace imrig::est {
 namespace {
 
 constexpr double kExplained = 0.85;     // share of the excess that an explanation must take away
+constexpr double kLittleMisfit = 1.6, kLittleError = 2.0;  // times what noise leaves; of the error itself
 constexpr double kMostOfOff = 0.5;      // of the chi2 by which the torque is off
 constexpr double kFineTime_s = 1.3e-4;  // averages of samples, where those of kThinnedTime_s hide something
 constexpr std::size_t kMostEffects = 4, kMostWithARest = 2;  // at once; the latter where something remains
@@ -91,9 +92,13 @@ std::vector<std::string> losses_in_doubt(const GlobalProblem& problem, const Sea
   return {out.begin(), out.end()};
 }
 
-bool torque_is_off(const GlobalProblem& problem, const SearchChange& change) {
-  return !torque_inside_band(problem, change.fitted.torque) ||
-         !torque_inside_band(problem, change.holdout.torque);
+// Of the current alone.
+bool only_a_little_off(const GlobalProblem& problem, const SearchChange& change) {
+  const auto little = [&](const Judgement& j) {
+    return torque_inside_band(problem, j.torque) && j.error_over_noise() < kLittleError * kLittleError &&
+           (j.values <= 0.0 || j.chi2_per_value() < kLittleMisfit);
+  };
+  return little(change.fitted) && little(change.holdout);
 }
 
 void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
@@ -105,17 +110,18 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
   if (d.search.findings.empty()) {
     // Records left out that are off though the fit is not: too few to hold the parameters.
     const bool fits = first.base.chi2 < kBand * static_cast<double>(first.base.model.fit.values);
-    if (before >= kBand)
-      d.verdict = fits ? "cannot_tell" : "unknown";
-    else if (few_could_be_seen(d))
+    const bool rounding = problem.speed_sigma() > 0.0 && only_a_little_off(problem, d.search.changes.back());
+    if (before >= kBand) {
+      d.rounding_in_doubt = rounding && !fits;
+      d.verdict = fits || rounding ? "cannot_tell" : "unknown";
+    } else if (few_could_be_seen(d)) {
       d.verdict = "cannot_tell";
-    else if (d.search.at_floor)
+    } else if (d.search.at_floor) {
       d.verdict = "adequate";
-    else {
+    } else {
       d.losses_in_doubt = losses_in_doubt(problem, d.search);
-      d.rounding_in_doubt =
-          problem.speed_step_rad_s() > 0.0 && !torque_is_off(problem, d.search.changes.back());
-      d.verdict = d.losses_in_doubt.empty() && !d.rounding_in_doubt ? "unknown" : "cannot_tell";
+      d.rounding_in_doubt = rounding;
+      d.verdict = d.losses_in_doubt.empty() && !rounding ? "unknown" : "cannot_tell";
     }
   } else {
     const Finding& main = d.search.findings.front();
@@ -180,6 +186,7 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   std::vector<std::string> cut;
   const DataSet parts = in_parts(data, cut);
   Diagnosis out;
+  out.model = model;
   const auto searched = [&](double longest_sample_s) {
     auto problem = std::make_unique<const GlobalProblem>(parts, model.machine(), options.threads,
                                                          longest_sample_s, true);
@@ -217,7 +224,7 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
 Improvement improve(const Model& model, const DataSet& data, const DiagnoseOptions& options) {
   Improvement out;
   out.diagnosis = diagnose(model, data, options);
-  out.model = model;
+  out.model = out.diagnosis.model;
   if (out.diagnosis.verdict == "unknown") return out;  // nothing is proven
   out.model = to_model(model, out.diagnosis.search.final.model);
   for (const SearchChange& change : out.diagnosis.search.changes) {

@@ -55,6 +55,7 @@ struct Diagnosis {
   std::optional<NextExperiment> next_experiment;
   std::vector<std::string> explanation;  // sentences for people
   std::vector<ValuePattern> patterns;    // of accepted values for each record
+  Model model;                           // that was diagnosed: as it came, what it lacked fitted to the data
   Search search;
 };
 
@@ -72,7 +73,7 @@ Diagnosis diagnose(const Model& model, const DataSet& data, const DiagnoseOption
 
 struct Improvement {
   Diagnosis diagnosis;  // of the first step, with the whole search
-  Model model;          // with the accepted effects, and its history; as it came where the verdict is unknown
+  Model model;  // with the accepted effects, and its history; the diagnosed one where the verdict is unknown
 };
 
 Improvement improve(const Model& model, const DataSet& data, const DiagnoseOptions& options = {});

@@ -149,12 +149,11 @@ void explain_late_speed(Diagnosis& d) {
 }
 
 void explain_rounding(const GlobalProblem& problem, Diagnosis& d) {
-  if (!(problem.speed_step_rad_s() > 0.0)) return;
+  if (!(problem.speed_sigma() > 0.0)) return;
   d.explanation.push_back(
       fmt::format("The speed was rounded to steps of {:.3g} rpm: in each record it is free by half a step, "
-                  "and what is no "
-                  "larger than that these data cannot tell{}.",
-                  rpm_of_rad_s(problem.speed_step_rad_s()),
+                  "and what is no larger than that these data cannot tell{}.",
+                  rpm_of_rad_s(problem.speed_rounding().step_rad_s),
                   d.rounding_in_doubt ? ", the small error that is left among it" : ""));
 }
 

@@ -17,7 +17,8 @@ constexpr std::size_t kFewestZeros = 32;
 constexpr std::size_t kBlocks = 16;     // a settled window is cut into, for noise and drift
 constexpr double kDriftSigmas = 3.0;    // a larger change between the halves of a window is drift ...
 constexpr double kDriftMatters = 5e-4;  // ... if it is also larger than this part of the value
-constexpr double kCreepMatters = 2e-3;  // likewise of the current: supplies wander
+constexpr double kCreepMatters =
+    2e-3;  // likewise of the current, where the voltage is too noisy to show the drift
 constexpr double kDistinct = 0.05;      // two currents differ when they differ by more than this part
 
 struct Zeros {
@@ -110,8 +111,11 @@ bool settled(const TimeSeries& series, const Zeros& zeros, const Stretch& stretc
     const auto moves = [](double change, double sigma, double matters) {
       return std::abs(change) > kDriftSigmas * sigma && std::abs(change) > matters;
     };
+    // A flux that builds up moves the current and the resistance alike; a supply that wanders only the
+    // current.
+    const bool hidden = std::abs(out.creep) < kDriftSigmas * out.drift_sigma;
     if (!moves(out.drift, out.drift_sigma, kDriftMatters) &&
-        !moves(out.creep, out.creep_sigma, kCreepMatters))
+        !(hidden && moves(out.creep, out.creep_sigma, kCreepMatters)))
       return true;
   }
   return false;

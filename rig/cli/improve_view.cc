@@ -172,8 +172,7 @@ std::string ending(const est::Diagnosis& diagnosis) {
     return "the library holds no explanation that stands: nothing is proven, and the model stays as it came";
   if (diagnosis.verdict == "cannot_tell")
     return "nothing was added: these data cannot tell, so a small error is no proof (imrig compare says what "
-           "they "
-           "cannot reveal)";
+           "they cannot reveal)";
   if (search.changes.size() == 1 && search.at_floor)
     return "nothing was added: the error is at the noise floor already";
   if (search.at_floor) return "the error has reached the noise floor";

@@ -11,7 +11,9 @@ namespace imrig::est {
 
 namespace {
 
-constexpr double kKnown = 3.0;  // times the usual sigma: a record that knows less tells no extreme
+// A record tells no extreme that knows its value less well than so many times the usual sigma, unless that is
+// little beside what others differ by.
+constexpr double kKnown = 3.0, kLittle = 0.1;
 
 Parameter parameter(double value, double sigma, const char* unit) {
   return {value, value - kNormal975 * sigma, value + kNormal975 * sigma, unit, "refit"};
@@ -65,7 +67,6 @@ std::map<std::string, Parameter> estimates_by_record(const GlobalProblem& proble
     sigma.push_back(std::sqrt(variance));
   }
   if (size.empty()) return {};
-  const double least_known = kKnown * median(sigma);
   const EffectParameter& p = kEffectInfos[candidate.effect].local.front();
   std::map<std::string, Parameter> out;
   if (n > 1) {
@@ -80,11 +81,15 @@ std::map<std::string, Parameter> estimates_by_record(const GlobalProblem& proble
     return out;
   }
   std::size_t lowest = size.size(), highest = size.size();
-  for (std::size_t k = 0; k < size.size(); ++k) {
-    if (sigma[k] > least_known) continue;
-    if (lowest == size.size() || size[k] < size[lowest]) lowest = k;
-    if (highest == size.size() || size[k] > size[highest]) highest = k;
-  }
+  const auto look = [&](double least_known) {
+    for (std::size_t k = 0; k < size.size(); ++k) {
+      if (sigma[k] > least_known) continue;
+      if (lowest == size.size() || size[k] < size[lowest]) lowest = k;
+      if (highest == size.size() || size[k] > size[highest]) highest = k;
+    }
+  };
+  look(kKnown * median(sigma));
+  look(kLittle * (size[highest] - size[lowest]));
   out[std::string(p.name) + "_lowest"] = parameter(size[lowest], sigma[lowest], p.unit);
   out[std::string(p.name) + "_highest"] = parameter(size[highest], sigma[highest], p.unit);
   return out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/diagnose/missing/neutral_amplitude.h"
 #include "estimators/diagnose/missing/rivals.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
@@ -37,7 +38,10 @@ void prune(const GlobalProblem& problem, Search& search) {
     for (const Candidate& c : search.final.model.active) {
       if (c == search.final.model.active.back()) continue;
       Trial without = try_removing(problem, search.final.model, c.effect, problem.fitted());
-      if (!without.sound || needed(problem, c, search.final, without)) continue;
+      // One that may as well be zero is idle, though without it something else may weigh more (a DC test says
+      // nothing of R_s beside an inverter's drop).
+      const bool idle = !form_of(c).local && may_be_neutral(search.final.model, c);
+      if (!without.sound || (!idle && needed(problem, c, search.final, without))) continue;
       const std::string name = name_of(c);
       search.final = std::move(without);
       note_change(problem, search, "removed " + name, name);

@@ -116,7 +116,8 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   // value for each record follows that too.
   const bool rounded = !base.model.local_nuisances.empty();
   if (form_of(trial.candidate).local)
-    return !(rounded && inside_band(base)) && worth_its_values(trial, base, records);
+    return !(rounded && name_of(trial.candidate) == "rotor_heating" && inside_band(base)) &&
+           worth_its_values(trial, base, records);
   if (explains_most(trial, base)) return true;
   if (explains_torque(problem, trial, base) && sure_of_torque(problem, trial, base) &&
       surely_better(trial, base) > kTold)

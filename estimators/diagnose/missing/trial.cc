@@ -124,10 +124,14 @@ void add_local_strength(const GlobalProblem& problem, const std::vector<std::siz
   if (n > 0) trial.size = std::sqrt(size2 / static_cast<double>(n));
 }
 
-void forget_local(std::size_t effect, WorkingModel& model) {
-  for (LocalVector<double>& local : model.at.local) {
-    for (std::size_t e = kLocalPlace[effect]; e < kLocalPlace[effect + 1]; ++e)
-      local[e] = local_parameter(e).neutral;
+// What a record no longer has of its own must not act on: a value of an effect that left, a current deep in
+// bars.
+void forget_what_is_not_free(WorkingModel& model) {
+  const std::vector<std::size_t> free = model.freedom().local;
+  const LocalVector<double> neutral = neutral_local();
+  for (std::size_t e = 0; e < neutral.size(); ++e) {
+    if (std::find(free.begin(), free.end(), e) != free.end()) continue;
+    for (LocalVector<double>& local : model.at.local) local[e] = neutral[e];
   }
 }
 
@@ -167,7 +171,7 @@ WorkingModel without(const WorkingModel& model, std::size_t effect) {
   for (std::size_t e = kSharedPlace[effect]; e < kSharedPlace[effect + 1]; ++e) {
     if (shared_parameter(e).role != Role::kConstant) next.at.shared[e] = shared_parameter(e).neutral;
   }
-  forget_local(effect, next);
+  forget_what_is_not_free(next);
   return next;
 }
 
@@ -293,7 +297,7 @@ Trial try_form(const GlobalProblem& problem, const WorkingModel& model, const Ca
     const EffectParameter& p = shared_parameter(e);
     if (p.role == Role::kAmplitude && next.at.shared[e] == p.neutral) next.at.shared[e] = p.neutral + p.scale;
   }
-  if (!form_of(form).local) forget_local(form.effect, next);
+  forget_what_is_not_free(next);
   return run(problem, std::move(next), form, which);
 }
 

@@ -232,7 +232,7 @@ WorkingModel working_model(const GlobalProblem& problem, const Model& model) {
   const Accuracy& accuracy = problem.data().accuracy;
   // Three independent errors of a channel have a mean of sigma/sqrt(3).
   out.common_gain = std::hypot(accuracy.current_gain, accuracy.voltage_gain) / std::sqrt(3.0);
-  if (problem.speed_step_rad_s() > 0.0) out.local_nuisances.push_back(kLocalPlace[*effect_number("speed_bias")]);
+  if (problem.speed_sigma() > 0.0) out.local_nuisances.push_back(kLocalPlace[*effect_number("speed_bias")]);
   admit("supply_unbalance", accuracy.voltage_gain / std::sqrt(6.0), out);
   admit("voltage_lag", kLagShare * problem.sample_time_s(), out);
   admit("current_offset", kOffsetShare * problem.largest_current_A(), out);

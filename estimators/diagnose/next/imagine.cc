@@ -45,7 +45,8 @@ SpaceVector voltage_V(const PlannedRecord& r, double t) {
   return std::polar(r.v_peak_V * (t < r.before_s ? 1.0 : 1.0 + r.step), w * t);
 }
 
-DrivenRecord driven(const PlannedRecord& r, const Sampling& sampling, int pole_pairs, double stator_C) {
+DrivenRecord driven(const PlannedRecord& r, const Sampling& sampling, int pole_pairs, double stator_C,
+                    double speed_sigma) {
   TimeSeries series;
   series.sample_time_s = sampling.step_s;
   const auto n = static_cast<std::size_t>(std::max(32.0, (r.before_s + r.simulated_s) / sampling.step_s));
@@ -57,6 +58,7 @@ DrivenRecord driven(const PlannedRecord& r, const Sampling& sampling, int pole_p
   if (std::isfinite(stator_C)) series.stator_C.assign(n, stator_C);
   DrivenRecord record = driven_record(series, pole_pairs, 0.0);
   record.thinned = sampling.thinned;
+  if (w_r != 0.0) record.speed_sigma = speed_sigma;
   record.mean_gain = 1.0 / std::sqrt(static_cast<double>(sampling.thinned));
   return record;
 }
@@ -75,7 +77,9 @@ LocalVector<double> own_of(const GlobalProblem& problem, const WorkingModel& mod
     if (problem.entries()[k].series && !problem.entries()[k].holdout) seen.push_back(&model.at.local[k]);
   }
   if (seen.empty()) return out;
+  const std::size_t rounding = kLocalPlace[*effect_number("speed_bias")];
   for (std::size_t e = kStates; e < kLocal; ++e) {
+    if (e == rounding) continue;  // what is planned is known
     const auto by_entry = [e](const auto* a, const auto* b) { return (*a)[e] < (*b)[e]; };
     if (std::string_view(local_parameter(e).name) == "warmth") {
       const auto [low, high] = std::minmax_element(seen.begin(), seen.end(), by_entry);
@@ -164,7 +168,8 @@ GlobalProblem imagined(const GlobalProblem& problem, const WorkingModel& circuit
   std::vector<DrivenRecord> more;
   std::vector<NoiseLevels> noise;
   for (const PlannedRecord& r : records) {
-    more.push_back(driven(r, sampling_of(problem), problem.data().pole_pairs, stator_C_of(heat, r)));
+    more.push_back(driven(r, sampling_of(problem), problem.data().pole_pairs, stator_C_of(heat, r),
+                          problem.speed_sigma()));
     const double less = std::sqrt((r.before_s + r.simulated_s) / (r.before_s + r.record_s));
     noise.push_back({less * levels.current_A, less * levels.voltage_V, less * levels.speed_rad_s});
   }

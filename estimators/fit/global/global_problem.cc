@@ -12,7 +12,6 @@
 #include "estimators/fit/global/settle.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
-#include "rig/data/speed_rounding.h"
 
 namespace imrig::est {
 
@@ -82,11 +81,11 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
     : data_(data),
       threads_(std::max(1, threads)),
       noise_(noise_levels(data)),
-      point_noise_(point_noise(data)) {
+      point_noise_(point_noise(data)),
+      rounding_(imrig::speed_rounding(data)) {
   const Temperatures t = temperatures(data);
   mean_stator_C_ = t.mean;
   spread_stator_C_ = t.spread;
-  speed_step_ = rounded_speed_step(data);
   for (std::size_t k = 0; k < data.records.size(); ++k) {
     const Record& record = data.records[k];
     if (!simulated(record.kind)) continue;
@@ -99,7 +98,7 @@ GlobalProblem::GlobalProblem(const DataSet& data, const MachineParameters<double
       if (record.kind != RecordKind::kPoints) {
         entry.series =
             std::make_unique<DrivenRecord>(driven_record(record.series, data.pole_pairs, longest_sample_s));
-        entry.series->speed_sigma = data.pole_pairs * speed_step_ / std::sqrt(12.0);
+        if (rounding_.of_record[k]) entry.series->speed_sigma = speed_sigma();
         const FrameRecord& frame = entry.series->frame;
         if (judge_torque)
           entry.series->torque = torque_windows(record.series.torque_Nm, frame, entry.series->thinned);
@@ -199,7 +198,7 @@ GlobalProblem::GlobalProblem(const GlobalProblem& other)
       largest_flux_(other.largest_flux_),
       largest_current_(other.largest_current_),
       sample_time_(other.sample_time_),
-      speed_step_(other.speed_step_),
+      rounding_(other.rounding_),
       largest_torque_Nm_(other.largest_torque_Nm_),
       torque_refused_(other.torque_refused_),
       torque_(other.torque_),
@@ -210,6 +209,8 @@ GlobalProblem::GlobalProblem(const GlobalProblem& other)
                         e.whitener ? std::make_unique<Whitener>(*e.whitener) : nullptr, e.steps});
   }
 }
+
+double GlobalProblem::speed_sigma() const { return data_.pole_pairs * rounding_.sigma_rad_s; }
 
 GlobalProblem GlobalProblem::without_torque() const {
   GlobalProblem out(*this);

@@ -14,6 +14,7 @@
 #include "estimators/fit/global/record_terms.h"
 #include "estimators/model/model.h"
 #include "rig/data/record.h"
+#include "rig/data/speed_rounding.h"
 
 namespace imrig::est {
 
@@ -87,7 +88,8 @@ class GlobalProblem {
   double sample_time_s() const { return sample_time_; }  // longest of the series; 0: tables only
   double mean_stator_C() const { return mean_stator_C_; }
   bool has_stator_C() const { return spread_stator_C_ > 1.0; }  // a winding temperature that moves, K
-  double speed_step_rad_s() const { return speed_step_; }  // of a speed that was rounded, mechanical; 0: none
+  const SpeedRounding& speed_rounding() const { return rounding_; }
+  double speed_sigma() const;  // of a held speed that was rounded, electrical rad/s; 0: none was
   bool has_torque() const { return torque_; }
   bool has_torque_of_series() const { return torque_of_series_; }
   double largest_torque_Nm() const { return largest_torque_Nm_; }  // of tables and steady stretches; 0: none
@@ -146,7 +148,7 @@ class GlobalProblem {
   double mean_stator_C_ = kMissing, spread_stator_C_ = 0.0;
   double largest_flux_ = 0.1, largest_current_ = 1.0;
   double sample_time_ = 0.0;
-  double speed_step_ = 0.0;
+  SpeedRounding rounding_;
   double largest_torque_Nm_ = 0.0;
   std::string torque_refused_;
   bool torque_ = false, torque_of_series_ = false;

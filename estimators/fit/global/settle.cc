@@ -43,13 +43,14 @@ void guess_fluxes(const FrameRecord& frame, const SharedVector<double>& shared, 
   local[2] = rotor.real(), local[3] = rotor.imag();
 }
 
-}  // namespace
-
+// Of what is physically possible, or of a rounding; infinite for the initial state.
 double local_prior_sigma(std::size_t entry) {
   static const std::size_t rounding = kLocalPlace[*effect_number("speed_bias")];
   if (entry < kStates) return std::numeric_limits<double>::infinity();
   return entry == rounding ? 1.0 : 0.2;
 }
+
+}  // namespace
 
 void add_local_priors(const std::vector<std::size_t>& free, const LocalVector<double>& x, Eigen::Index first,
                       RecordTerms& terms) {
@@ -62,8 +63,9 @@ void add_local_priors(const std::vector<std::size_t>& free, const LocalVector<do
     terms.normal(d, d) += 1.0 / (sigma * sigma);
     terms.gradient[d] += off / sigma;
     const EffectParameter& p = local_parameter(free[m]);
-    const bool held =
-        (x[free[m]] <= p.low && terms.gradient[d] > 0.0) || (x[free[m]] >= p.high && terms.gradient[d] < 0.0);
+    const double close = 1e-9 * (p.high - p.low);  // a step ends an ulp inside at times
+    const bool held = (x[free[m]] <= p.low + close && terms.gradient[d] > 0.0) ||
+                      (x[free[m]] >= p.high - close && terms.gradient[d] < 0.0);
     if (!held) continue;
     terms.normal.row(d).setZero();
     terms.normal.col(d).setZero();

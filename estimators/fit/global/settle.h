@@ -6,11 +6,9 @@
 
 namespace imrig::est {
 
-// Prior of a record's own entry: what is physically possible, or a rounding; infinite for the initial state.
-double local_prior_sigma(std::size_t entry);
-
-// Adds those priors to a record's terms, whose lanes from `first` on are the entries `free` at x. An entry on
-// a bound that wants beyond it is held there: its lane says nothing any more.
+// Adds to a record's terms what is known of its own entries beforehand (what is physically possible, or what
+// a rounding leaves; nothing of the initial state). The terms'  lanes from `first` on are the entries `free`
+// at x. An entry on a bound that wants beyond it is held there: its lane says nothing any more.
 void add_local_priors(const std::vector<std::size_t>& free, const LocalVector<double>& x, Eigen::Index first,
                       RecordTerms& terms);
 

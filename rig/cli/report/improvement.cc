@@ -60,8 +60,9 @@ std::string models_table(const est::Model& current, const est::Model& proposed) 
 std::string write_improvement_report(const est::Model& current, const est::Improvement& improvement,
                                      const std::string& folder) {
   const est::Search& search = improvement.diagnosis.search;
-  std::string out =
-      "<h1>" + escaped(current.name) + " <span>improved</span></h1>\n" + paragraph(ending(improvement.diagnosis) + ".");
+  const std::string title = improvement.diagnosis.verdict == "unknown" ? "not improved" : "improved";
+  std::string out = "<h1>" + escaped(current.name) + " <span>" + title + "</span></h1>\n" +
+                    paragraph(ending(improvement.diagnosis) + ".");
   out += "<div id=\"charts\"></div>\n" + falls_table(search);
   for (const auto& note : waterfall_notes(search)) out += paragraph(note);
   out +=
@@ -74,7 +75,7 @@ std::string write_improvement_report(const est::Model& current, const est::Impro
     out += paragraph("Gain: drop of chi2, as one linear forecast promises it and as the refit gave it.");
     out += overview_table(search.steps[k]);
   }
-  return write_page(folder, html_page(current.name + " improved", out, chart_json(search)));
+  return write_page(folder, html_page(current.name + " " + title, out, chart_json(search)));
 }
 
 }  // namespace imrig

@@ -25,14 +25,14 @@ inline Model model_of(const synthetic::Motor& m) {
   return model;
 }
 
-// 18 records over frequency, flux and slip, every fifth held out.
+// 18 records over frequency, flux and slip, every fifth held out. noise: of the current, share of rated.
 inline DataSet grid(const synthetic::Motor& motor, std::uint64_t seed, const Flaw& flaw = {},
-                    const MotorOf& motor_of = {}) {
+                    const MotorOf& motor_of = {}, double noise = 2e-3) {
   DataSet data;
   data.name = "bench";
   data.pole_pairs = motor.pole_pairs;
   const double rated_A = motor.v_peak_V / (20.0 * motor.R_s);
-  data.noise = {2e-3 * rated_A, 1e-3 * motor.v_peak_V, 0.05, kMissing, kMissing};
+  data.noise = {noise * rated_A, 1e-3 * motor.v_peak_V, 0.05, kMissing, kMissing};
   std::size_t n = 0;
   for (const double f : {0.4, 0.7, 1.0}) {
     for (const double flux : {0.5, 0.9}) {

@@ -9,7 +9,9 @@
 #include <functional>
 
 #include "estimators/diagnose/diagnose.h"
+#include "estimators/diagnose/missing/trial.h"
 #include "estimators/fit/identify.h"
+#include "estimators/model/effects/registry.h"
 #include "rig/base/space_vector.h"
 #include "tests/estimators/fit/synthetic.h"
 
@@ -138,6 +140,27 @@ TEST(Starts, AloneNameADeepBarAndItsImpedance) {
     EXPECT_NEAR(R, truth, 0.03 * truth) << f_Hz << " Hz";
   }
 }
+// What the bars had deep inside when a record began goes with them.
+TEST(Starts, NothingStaysOfADeepBarThatIsTakenOut) {
+  const DeepBarMotor motor;
+  const DataSet data = starts_of(motor);
+  const Model model = identify(data).model;
+  const GlobalProblem problem(data, model.machine(), 2);
+  const WorkingModel plain = working_model(problem, model);
+  WorkingModel deep = plain;
+  const std::size_t effect = *effect_number("rotor_skin_effect");
+  deep.active = {{effect, 1}};
+  ASSERT_STREQ(kEffectInfos[effect].forms[1].name, "two layers");
+  for (LocalVector<double>& local : deep.at.local) local[4] = 20.0, local[5] = -10.0;
+  const Trial before = refit(problem, plain, problem.fitted());
+  const Trial after = try_removing(problem, deep, effect, problem.fitted());
+  for (const LocalVector<double>& local : after.model.at.local) {
+    EXPECT_EQ(local[4], 0.0);
+    EXPECT_EQ(local[5], 0.0);
+  }
+  EXPECT_NEAR(after.chi2, before.chi2, 1e-3 * before.chi2);
+}
+
 // A filter of 4 ms, or counts of an encoder over the last 8 ms.
 TEST(Starts, NameASpeedThatComesLate) {
   DeepBarMotor motor;
