@@ -30,13 +30,13 @@ bool needed(const GlobalProblem& problem, const Candidate& c, const Trial& with,
   return surely_better(gains) > kTold;
 }
 
-// Effects that the others have made idle go again.
-void prune(const GlobalProblem& problem, Search& search) {
+// Effects that the others have made idle go again; the one that was added last stays.
+void prune(const GlobalProblem& problem, std::size_t added, Search& search) {
   bool removed = true;
   while (removed && search.final.model.active.size() > 1) {
     removed = false;
     for (const Candidate& c : search.final.model.active) {
-      if (c == search.final.model.active.back()) continue;
+      if (c.effect == added) continue;
       Trial without = try_removing(problem, search.final.model, c.effect, problem.fitted());
       // One that may as well be zero is idle, though without it something else may weigh more (a DC test says
       // nothing of R_s beside an inverter's drop).
@@ -110,7 +110,7 @@ void accept(const GlobalProblem& problem, Search& search) {
   leave_hollows(problem, search);
   note_change(problem, search, "added " + name_of(c) + ", " + form_of(c).name, name_of(c));
   enrich_all(problem, search);
-  prune(problem, search);
+  prune(problem, c.effect, search);
   bind_temperatures(problem, search);
 }
 
