@@ -23,6 +23,7 @@ namespace {
 
 constexpr double kExplained = 0.85;     // share of the excess that an explanation must take away
 constexpr double kLittleMisfit = 1.6, kLittleError = 2.0;  // times what noise leaves; of the error itself
+constexpr double kNearlyNothing = 0.02;                    // likewise, that no doubt is raised by
 constexpr double kMostOfOff = 0.5;      // of the chi2 by which the torque is off
 constexpr double kFineTime_s = 1.3e-4;  // averages of samples, where those of kThinnedTime_s hide something
 constexpr std::size_t kMostEffects = 4, kMostWithARest = 2;  // at once; the latter where something remains
@@ -130,7 +131,9 @@ void judge_whole(const GlobalProblem& problem, Diagnosis& d) {
     d.effect = d.confusable.front();
     d.verdict = d.confusable.size() > 1 ? "ambiguous" : "missing";
     d.patterns = value_patterns(problem, d.search.final);
-    const bool moving = !inside && !unstable(problem, d.search.final).empty();
+    // What takes nearly all of it is no less true for a small rest that pulls at it.
+    const bool moving =
+        share_left(problem, d) > kNearlyNothing && !inside && !unstable(problem, d.search.final).empty();
     // Effects of the model as it came may have gone.
     const std::size_t had = first.base.model.active.size(), has = d.search.final.model.active.size();
     const bool too_many = has > had + kMostEffects || (has > had + kMostWithARest && !inside);

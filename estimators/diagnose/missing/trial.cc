@@ -16,6 +16,7 @@ namespace {
 // Trials are compared by far more than these.
 constexpr double kTrialTolerance = 1e-5;
 constexpr double kTrialEnough = 0.5;
+constexpr int kMostReferred = 4;
 constexpr double kAstray = 0.1;  // share of the forecast gain below which a fit has left its valley
 constexpr double kOfAccuracy =
     0.75;  // a class of accuracy is a bound: three of its sigmas count as four of noise
@@ -107,21 +108,66 @@ void consider(const GlobalProblem& problem, const std::vector<std::size_t>& whic
   for (Eigen::Index m = 0; m < n; ++m) model.unseen.push_back(std::sqrt(square[m]));
 }
 
-// Of effects whose amplitudes belong to the records: how large they are, and how their mean square compares
-// with what is not known about them.
-void add_local_strength(const GlobalProblem& problem, const std::vector<std::size_t>& which, Trial& trial) {
-  const auto locals = local_entries(trial.candidate);
-  double size2 = 0.0;
-  std::size_t n = 0;
-  for (const std::size_t k : which) {
-    if (problem.locals_of(k, locals).empty()) continue;
-    for (const std::size_t e : locals) {
-      if (e < kStates) continue;
-      size2 += std::pow(trial.model.at.local[k][e] / local_parameter(e).scale, 2);
-      ++n;
-    }
+// A value of its own for each record, of those that know it to what matters.
+struct OwnValues {
+  std::vector<double> value, weight;  // 1 / variance, the motor's parameters known
+  double mean() const {
+    double sum = 0.0, weights = 0.0;
+    for (std::size_t k = 0; k < value.size(); ++k) sum += weight[k] * value[k], weights += weight[k];
+    return weights > 0.0 ? sum / weights : 0.0;
   }
-  if (n > 0) trial.size = std::sqrt(size2 / static_cast<double>(n));
+};
+
+OwnValues own_values(const GlobalProblem& problem, const WorkingModel& model, std::size_t entry,
+                     const std::vector<std::size_t>& which) {
+  OwnValues out;
+  const double matters = local_parameter(entry).scale;
+  const auto s = static_cast<Eigen::Index>(model.fit.free.shared.size());
+  for (std::size_t k = 0; k < which.size() && k < model.fit.terms.records.size(); ++k) {
+    const auto locals = problem.locals_of(which[k], model.fit.free.local);
+    const auto at = std::find(locals.begin(), locals.end(), entry) - locals.begin();
+    const auto l = static_cast<Eigen::Index>(locals.size());
+    if (at == l) continue;
+    const Eigen::VectorXd column =
+        model.fit.terms.records[k].normal.block(s, s, l, l).ldlt().solve(Eigen::VectorXd::Unit(l, at));
+    if (!(column[at] > 0.0) || column[at] > matters * matters) continue;
+    out.value.push_back(model.at.local[which[k]][entry]);
+    out.weight.push_back(1.0 / column[at]);
+  }
+  return out;
+}
+
+// Of effects whose amplitudes belong to the records: how large they are, beside what matters. A warmth that
+// all records share is another resistance: only what they differ by counts.
+double size_of_own(const GlobalProblem& problem, const WorkingModel& model, const Candidate& candidate,
+                   const std::vector<std::size_t>& which) {
+  std::vector<std::size_t> own = local_entries(candidate);
+  std::erase_if(own, [](std::size_t e) { return e < kStates; });
+  double square = 0.0, n = 0.0;
+  for (const std::size_t e : own) {
+    const OwnValues values = own_values(problem, model, e, which);
+    const double mean = own.size() == 1 ? values.mean() : 0.0;
+    for (const double x : values.value)
+      square += std::pow((x - mean) / local_parameter(e).scale, 2), n += 1.0;
+  }
+  return n > 0.0 ? std::sqrt(square / n) : 0.0;
+}
+
+// Nothing but a wide prior tells a warmth that all records share from another R_r, and noise of the voltage
+// drives them apart: the rotor's resistance is that of the mean record. (R_s has a DC test of its own.)
+bool refer_to_the_mean(const GlobalProblem& problem, const std::vector<std::size_t>& which,
+                       WorkingModel& model) {
+  static const std::size_t heat = *effect_number("rotor_heating");
+  const bool by_record = std::any_of(model.active.begin(), model.active.end(),
+                                     [](const Candidate& c) { return c.effect == heat && form_of(c).local; });
+  if (!by_record) return false;
+  const std::size_t warmth = kLocalPlace[heat];
+  const double mean = own_values(problem, model, warmth, which).mean();
+  model.at.shared[1] *= 1.0 + mean;
+  for (LocalVector<double>& local : model.at.local)
+    local[warmth] = (1.0 + local[warmth]) / (1.0 + mean) - 1.0;
+  model.fit.at = model.at;
+  return true;
 }
 
 // What a record no longer has of its own must not act on: a value of an effect that left, a current deep in
@@ -187,12 +233,17 @@ Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& can
   }
   options.unbiased = last;
   const Freedom free = model.freedom();
-  model.fit = fit_global(problem, model.at, free, which, options);
-  model.at = model.fit.at;
+  // Along a valley without a floor a fit goes on and on: from the mean it has less far to go.
+  for (int n = 0; n < kMostReferred; ++n) {
+    model.fit = fit_global(problem, model.at, free, which, options);
+    model.at = model.fit.at;
+    if (!refer_to_the_mean(problem, which, model) || model.fit.converged) break;
+  }
   consider(problem, which, model);
   trial.chi2 = model.fit.chi2;
   trial.left_out = left_out(model.fit.terms);
   trial.size_scatter = scatter_of_sizes(problem, model, candidate, which);
+  const double own_size = form_of(candidate).local ? size_of_own(problem, model, candidate, which) : 0.0;
   for (const RecordTerms& r : model.fit.terms.records) trial.torque.add(r.torque);
   model.fit.terms = {};  // as large as the data's normal equations, and not needed again
   for (const double x : trial.left_out) trial.left_out_chi2 += x;
@@ -200,7 +251,7 @@ Trial run(const GlobalProblem& problem, WorkingModel model, const Candidate& can
   check(model.fit, trial);
   trial.model = std::move(model);
   add_strength(problem, trial);
-  if (form_of(candidate).local) add_local_strength(problem, which, trial);
+  if (form_of(candidate).local) trial.size = own_size;
   return trial;
 }
 

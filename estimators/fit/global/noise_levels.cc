@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kStretch = 64;
 constexpr Eigen::Index kDifferences = kStretch - 2;
+constexpr double kLeastOfCurrent = 5e-4;  // no model and no sensor is better; simulations have no noise
 constexpr double kLine = 8.0;           // times what noise puts into a line, on average
 constexpr double kLeastOfNoise = 1e-5;  // share of second differences that lies at a line, over the mean
 constexpr double kMostColour = 3.0;     // beyond that a constant current is not constant
@@ -126,6 +127,19 @@ Kept kept_by_averages(const DataSet& data) {
   return {std::sqrt(median(current)), std::sqrt(median(voltage))};
 }
 
+// Median over the records of the current's root mean square.
+double typical_current_A(const DataSet& data) {
+  std::vector<double> rms;
+  for (const Record& record : data.records) {
+    double sum = 0.0, n = 0.0;
+    for (const SpaceVector& i : record.series.i) {
+      if (std::isfinite(std::norm(i))) sum += std::norm(i), n += 1.0;
+    }
+    if (n > 0.0) rms.push_back(std::sqrt(sum / n));
+  }
+  return median(rms);
+}
+
 double either(double declared, double seen) { return std::isfinite(declared) ? declared : seen; }
 
 }  // namespace
@@ -153,6 +167,7 @@ NoiseEstimate noise_levels(const DataSet& data) {
                 either(data.noise.voltage_V, out.seen.voltage_V),
                 either(data.noise.speed_rad_s * data.pole_pairs, out.seen.speed_rad_s)};
   if (current.empty()) return out;  // steady points alone show no noise
+  const double least_A = kLeastOfCurrent * typical_current_A(data);
   const Kept kept = kept_by_averages(data);
   const auto colour_of = [](double averaged, double seen) {
     return averaged > kBelieved * seen && seen > 0.0 ? std::min(kMostColour, averaged / seen) : 1.0;
@@ -182,6 +197,7 @@ NoiseEstimate noise_levels(const DataSet& data) {
     out.levels.voltage_V = voltage_V;
   else if (out.declared_factor > kBelieved)
     out.levels.voltage_V = std::max(declared, std::min(voltage_V, declared * out.declared_factor));
+  out.levels.current_A = std::max(out.levels.current_A, least_A);
   return out;
 }
 

@@ -127,8 +127,8 @@ struct EffectLaw {
   // Likewise R_r.
   void rotor_asymmetry(Cx<T>&, const Cx<T>& /*i_r*/, const Instant&) const {}
   void iron(Iron<T>&, const Instant&) const {}
-  // Factor on R_r from the rotor flux and current.
-  void skin(T&, const Cx<T>& /*psi_r*/, const Cx<T>& /*i_r*/) const {}
+  // Factor on R_r from the rotor flux and current, and w_r - w_k.
+  void skin(T&, const Cx<T>& /*psi_r*/, const Cx<T>& /*i_r*/, const T& /*slip*/) const {}
   // The current of a deep layer: the bar's current less what the top carries (psi_r sees R_r (1 + rise)).
   void layer(T& /*rise*/, T& /*corner_rad_s*/) const {}
   // Shaft torque lost, N m; w_M mechanical; i at the terminals.

@@ -100,8 +100,8 @@ class EffectMachine {
       law.rotor_asymmetry(asymmetry, in.i_rotor, at);
     });
     T rotor = warm;
-    each([&](const auto& law) { law.skin(rotor, x.psi_r, in.i_rotor); });
     const T slip = in.w_r - at.w_k;
+    each([&](const auto& law) { law.skin(rotor, x.psi_r, in.i_rotor, slip); });
     State d;
     d.psi_s = in.e_s - turned(at.w_k, x.psi_s);
     Cx<T> carried = in.i_rotor;
