@@ -12,7 +12,9 @@
 #include "estimators/diagnose/diagnose.h"
 #include "estimators/diagnose/missing/parts.h"
 #include "estimators/diagnose/missing/search_step.h"
+#include "estimators/diagnose/missing/trial.h"
 #include "estimators/fit/global/driven_record.h"
+#include "estimators/model/effects/registry.h"
 #include "rig/base/space_vector.h"
 #include "tests/estimators/diagnose/flawed_grid.h"
 #include "tests/estimators/diagnose/known_motor.h"
@@ -233,6 +235,49 @@ TEST(OddData, HeatIsFoundBesideASpeedThatWasRounded) {
   const double low = estimate.at("warmth_lowest").value, high = estimate.at("warmth_highest").value;
   EXPECT_NEAR((1.0 + high) / (1.0 + low), 1.0 + 0.2 * 17.0 / 18.0, 0.02);
   EXPECT_TRUE(says(d, "above that of the coldest: about 4")) << words(d);
+}
+
+// Nothing but a wide prior tells it from another R_r.
+TEST(OddData, HeatThatAllRecordsShareIsNone) {
+  const DataSet data = grid(motor(), 7);
+  const Model model = model_of(motor());
+  const GlobalProblem problem(data, model.machine(), 2);
+  WorkingModel warm = working_model(problem, model);
+  warm.active = {{*effect_number("rotor_heating"), 0}};
+  while (!kEffectInfos[warm.active[0].effect].forms[warm.active[0].form].local) ++warm.active[0].form;
+  const std::size_t warmth = kLocalPlace[warm.active[0].effect];
+  warm.at.shared[1] *= 1.25;
+  for (LocalVector<double>& local : warm.at.local) local[warmth] = -0.2;
+  const Trial trial = refit(problem, warm, problem.fitted());
+  EXPECT_TRUE(trial.sound) << trial.unsound;
+  EXPECT_LT(trial.size, 0.3) << "of what matters";
+  EXPECT_NEAR(trial.model.at.shared[1], model.R_r.value, 2e-3 * model.R_r.value);
+}
+
+TEST(OddData, WithoutNoiseAreJudgedAsFarAsModelsGo) {
+  const auto noiseless = [](const MotorOf& motor_of) {
+    DataSet data = grid(motor(), 7, {}, motor_of);
+    std::size_t n = 0;
+    for (const double f : {0.4, 0.7, 1.0}) {
+      for (const double flux : {0.5, 0.9}) {
+        for (const double slip : {0.1, 0.5, 1.0}) {
+          const synthetic::Motor m = motor_of ? motor_of(n) : motor();
+          data.records[n++].series =
+              synthetic::record(m, synthetic::step_case(m, flux * f, f, slip * m.slip / f, 200e-6, 1500));
+        }
+      }
+    }
+    data.noise = {};
+    return data;
+  };
+  const Diagnosis d = diagnose(model_of(motor()), noiseless({}));
+  EXPECT_EQ(d.verdict, "adequate") << words(d);
+  const Diagnosis warm = diagnose(model_of(motor()), noiseless([](std::size_t n) {
+                                    synthetic::Motor m = motor();
+                                    m.R_r *= 1.0 + 0.1 * static_cast<double>((n * 7) % 18) / 18.0;
+                                    return m;
+                                  }));
+  EXPECT_EQ(warm.effect, "rotor_heating") << words(warm);
 }
 
 // A rounded speed makes R_r warm, never R_s.
