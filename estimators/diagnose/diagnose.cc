@@ -8,6 +8,7 @@
 
 #include "estimators/diagnose/candidate_rows.h"
 #include "estimators/diagnose/explanation.h"
+#include "estimators/diagnose/late_channels.h"
 #include "estimators/diagnose/missing/neutral_amplitude.h"
 #include "estimators/diagnose/missing/parts.h"
 #include "estimators/diagnose/missing/unexplained.h"
@@ -205,6 +206,10 @@ Diagnosis diagnose(const Model& given, const DataSet& data, const DiagnoseOption
   auto current = searched(kThinnedTime_s);
   if (wants_finer_samples(parts, out.search)) current = searched(kFineTime_s);
   const GlobalProblem& problem = *current;
+  // Two channels are ahead because the third is late: that is the lag between voltage and current.
+  if (currents_are_late(out))
+    std::stable_partition(out.search.findings.begin(), out.search.findings.end(),
+                          [](const Finding& f) { return name_of(f.candidate) == "voltage_lag"; });
   add_candidates(problem, out.search.steps.front(), out);
   judge_whole(problem, out);
   repeat_warnings(data, out);

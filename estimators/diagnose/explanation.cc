@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimators/diagnose/candidate_rows.h"
+#include "estimators/diagnose/late_channels.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/listed.h"
 
@@ -14,7 +15,6 @@ namespace imrig::est {
 namespace {
 
 constexpr std::size_t kMostWarnings = 3;
-constexpr double kHalfASample = 0.1;  // of it
 constexpr double kPerKelvin = 0.0039;  // of copper near room temperature, and nearly of aluminium
 
 void explain_findings(const SearchStep& step, Diagnosis& d) {
@@ -105,49 +105,6 @@ void explain_torque(const GlobalProblem& problem, Diagnosis& d) {
         "That is more than a torque bridge and a power meter leave: it is not explained.");
 }
 
-// Voltages that are means over a sample, or held during it, belong to its middle.
-void explain_lag(const GlobalProblem& problem, Diagnosis& d) {
-  const std::size_t number = *effect_number("voltage_lag");
-  if (!accepted(d, number)) return;
-  const double lag_s = d.search.final.model.at.shared[kSharedPlace[number]];
-  for (const GlobalProblem::Entry& e : problem.entries()) {
-    if (!e.series) continue;
-    const double half_s = 0.5 * e.record->series.sample_time_s;
-    if (std::abs(std::abs(lag_s) - half_s) > kHalfASample * half_s) return;
-    d.explanation.push_back(
-        fmt::format("That is half a sample: are these voltages means over a sample, or held during it, with "
-                    "the time of its {}? Then no sensor lags; they belong to the middle of the sample.",
-                    lag_s < 0.0 ? "beginning" : "end"));
-    return;
-  }
-}
-
-// The second order tells what kind of sensor is late.
-void explain_late_speed(Diagnosis& d) {
-  const std::size_t number = *effect_number("speed_bias");
-  if (!accepted(d, number)) return;
-  const double* p = d.search.final.model.at.shared.data() + kSharedPlace[number];
-  const double late_ms = 1e3 * p[2], share = p[3];
-  if (late_ms == 0.0) return;
-  if (late_ms < 0.0) {
-    d.explanation.push_back(fmt::format(
-        "The measured speed is {:.3g} ms ahead of the currents: are they delayed, or the speed smoothed "
-        "around its samples?",
-        -late_ms));
-    return;
-  }
-  std::string like;
-  if (share > 0.42)
-    like = "as a pure delay would";
-  else if (share > 0.2)
-    like = fmt::format("as counts over the last {:.2g} ms", 2.0 * late_ms);
-  else
-    like = fmt::format("as behind a first-order filter of {:.2g} ms", late_ms);
-  d.explanation.push_back(
-      fmt::format("The measured speed comes {:.3g} ms late, {}: a property of the sensor, not of the motor.",
-                  late_ms, like));
-}
-
 void explain_rounding(const GlobalProblem& problem, Diagnosis& d) {
   if (!(problem.speed_sigma() > 0.0)) return;
   d.explanation.push_back(
@@ -194,8 +151,7 @@ void explain(const GlobalProblem& problem, const std::vector<std::string>& witho
   }
   explain_torque(problem, d);
   doubt_transducer(problem.data(), d);
-  explain_lag(problem, d);
-  explain_late_speed(d);
+  explain_late_channels(problem, d);
   if (!d.effect.empty() && d.unexplained)
     d.explanation.push_back("Something remains that no effect of the library explains: " +
                             d.unexplained->description);

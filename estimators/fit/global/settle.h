@@ -7,7 +7,7 @@
 namespace imrig::est {
 
 // Adds to a record's terms what is known of its own entries beforehand (what is physically possible, or what
-// a rounding leaves; nothing of the initial state). The terms'  lanes from `first` on are the entries `free`
+// a rounding leaves; nothing of the initial state). The terms' lanes from `first` on are the entries `free`
 // at x. An entry on a bound that wants beyond it is held there: its lane says nothing any more.
 void add_local_priors(const std::vector<std::size_t>& free, const LocalVector<double>& x, Eigen::Index first,
                       RecordTerms& terms);

@@ -143,6 +143,20 @@ TEST(Starts, AloneNameADeepBarAndItsImpedance) {
     EXPECT_NEAR(R, truth, 0.03 * truth) << f_Hz << " Hz";
   }
 }
+TEST(Starts, NameCurrentsThatComeLate) {
+  DeepBarMotor motor;
+  motor.R_bar = 0.0, motor.R_ring = 0.34;
+  const auto a_sample_late = [](TimeSeries& s) {
+    s.i.insert(s.i.begin(), s.i.front());
+    s.i.pop_back();
+  };
+  const DataSet data = starts_of(motor, a_sample_late);
+  const Diagnosis d = diagnose(identify(data).model, data);
+  ASSERT_EQ(d.effect, "voltage_lag") << words(d);
+  EXPECT_NEAR(d.candidates.front().estimate.at("lag_s").value, -200e-6, 10e-6);
+  EXPECT_NE(words(d).find("it is the currents that come late"), std::string::npos) << words(d);
+}
+
 // As many simulations have it, whatever the flux does in a transient.
 TEST(Starts, NameALineInTheSupplysSlipFrequency) {
   DeepBarMotor motor;
