@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "estimators/diagnose/missing/value_pattern.h"
 #include "estimators/model/effects/registry.h"
 
 namespace imrig::est {
@@ -98,6 +99,14 @@ bool sure_of_torque(const GlobalProblem& problem, const Trial& trial, const Tria
   return trial.wald > kSure || (own > 1.0 && won > kSure * kSure * own);
 }
 
+// Values for each record that are a law of slip, frequency or flux are no heat.
+bool follows_a_law(const GlobalProblem& problem, const Trial& trial) {
+  const std::vector<ValuePattern> patterns = value_patterns(problem, trial);
+  return std::any_of(patterns.begin(), patterns.end(), [&](const ValuePattern& p) {
+    return p.effect == name_of(trial.candidate) && follows(p);
+  });
+}
+
 // A misfit far below what was reckoned with: that was more than noise (ripple, harmonics, steps between
 // samples), and nobody knows how it is distributed.
 bool noise_is_known(const Trial& base) { return base.chi2 > kLeastMisfit * values_of(base); }
@@ -117,7 +126,7 @@ bool claimable(const GlobalProblem& problem, const SearchStep& step, const Trial
   const bool rounded = !base.model.local_nuisances.empty();
   if (form_of(trial.candidate).local)
     return !(rounded && name_of(trial.candidate) == "rotor_heating" && inside_band(base)) &&
-           worth_its_values(trial, base, records);
+           worth_its_values(trial, base, records) && !(inside_band(base) && follows_a_law(problem, trial));
   if (explains_most(trial, base)) return true;
   if (explains_torque(problem, trial, base) && sure_of_torque(problem, trial, base) &&
       surely_better(trial, base) > kTold)
