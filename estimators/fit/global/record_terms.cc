@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimators/fit/global/driven_motion.h"
+#include "estimators/model/effects/registry.h"
 #include "rig/base/error.h"
 
 namespace imrig::est {
@@ -41,14 +42,32 @@ RecordTerms record_terms(const DrivenRecord& record, const Whitener& whitener, i
   return run(record, whitener, steps, shared, local, lanes, trace);
 }
 
+namespace {
+
+// 1/s: how fast an inverter's drop that follows the model's current switches a phase over.
+double switching_rate(const DrivenRecord& record, const SharedVector<double>& shared) {
+  static const std::size_t place = kSharedPlace[*effect_number("inverter_dead_time")];
+  const double drop_V = shared[place], width_A = shared[place + 1], by_model = shared[place + 3];
+  if (drop_V == 0.0 || by_model == 0.0) return 0.0;
+  double square = 0.0;
+  for (const std::complex<double>& i : record.frame.i)
+    square += std::norm(i) / static_cast<double>(record.size());
+  const double crossed_A = 0.5 * std::abs(record.frame.w_k) * record.frame.sample_time_s * std::sqrt(square);
+  return by_model * std::abs(drop_V) / (std::hypot(width_A, crossed_A) * shared[2]);
+}
+
+}  // namespace
+
 int steps_for(const DrivenRecord& record, const SharedVector<double>& shared) {
   constexpr double kMaxRateStep = 0.55;  // half of it errs by 1e-5 of what still moves in the frame
+  constexpr double kMostSwitching = 11.0;  // 20 steps a sample: a current held at zero has nothing to switch
   double fastest = 0.0;
   for (const double w : record.frame.w_r)
     fastest = std::max({fastest, std::abs(w), std::abs(w - record.frame.w_k)});
   double rate =
       (shared[0] + shared[1]) / shared[2] + shared[1] / shared[3] + fastest + std::abs(record.frame.w_k);
   if (has_deep_layer(shared, {}, {})) rate += deep_layer_rate(shared);
+  rate += std::min(switching_rate(record, shared), kMostSwitching / record.frame.sample_time_s);
   return static_cast<int>(
       std::clamp(std::ceil(rate * record.frame.sample_time_s / kMaxRateStep), 1.0, 200.0));
 }

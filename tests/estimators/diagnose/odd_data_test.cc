@@ -14,6 +14,7 @@
 #include "estimators/diagnose/missing/search_step.h"
 #include "estimators/diagnose/missing/trial.h"
 #include "estimators/fit/global/driven_record.h"
+#include "estimators/fit/global/settle.h"
 #include "estimators/model/effects/registry.h"
 #include "rig/base/space_vector.h"
 #include "tests/estimators/diagnose/flawed_grid.h"
@@ -278,6 +279,29 @@ TEST(OddData, WithoutNoiseAreJudgedAsFarAsModelsGo) {
                                     return m;
                                   }));
   EXPECT_EQ(warm.effect, "rotor_heating") << words(warm);
+}
+
+// A step too long for it swings, and the swing holds a wrong flux for a whole record.
+TEST(OddData, AnInvertersHardSwitchingIsSimulatedFinely) {
+  const DataSet data = grid(motor(), 7);
+  const Model model = model_of(motor());
+  SharedVector<double> shared = shared_vector(model);
+  const std::size_t place = kSharedPlace[*effect_number("inverter_dead_time")];
+  shared[place] = 0.1 * motor().v_peak_V, shared[place + 1] = 1e-3 * motor().v_peak_V / motor().R_s;
+  shared[place + 2] = 12.0, shared[place + 3] = 1.0;
+  const DrivenRecord record = driven_record(data.records[0].series, data.pole_pairs, 0.0);
+  const Whitener plain(record, model.machine(), 0.0, {1.0, 0.0, 0.0});
+  const int steps = steps_for(record, shared);
+  LocalVector<double> local = neutral_local();
+  settle_record(record, plain, 4 * steps, shared, {0, 1, 2, 3}, local);
+  RecordTrace coarse, fine;
+  record_terms(record, plain, steps, shared, local, {}, &coarse);
+  record_terms(record, plain, 4 * steps, shared, local, {}, &fine);
+  double off = 0.0, all = 0.0;
+  for (std::size_t k = 0; k < fine.error.size(); ++k)
+    off += std::norm(coarse.error[k] - fine.error[k]), all += std::norm(record.frame.i[k]);
+  EXPECT_LT(std::sqrt(off / all), 5e-3) << steps;
+  EXPECT_GT(steps, 1);
 }
 
 // A rounded speed makes R_r warm, never R_s.
